@@ -8,10 +8,12 @@
 //! log = sensors(ν, η)
 //! ```
 //!
-//! All of the momentum, that of the dry vehicle too, is counted in the frame that moves with the water: see
-//! [`effects::current`](crate::effects) for why no mass of the rigid body alone is needed.
+//! The whole momentum, including that of the dry vehicle, is counted in the frame that moves with
+//! the water: see [`effects::current`](crate::effects) for the reason why no mass of the rigid body
+//! alone is needed.
 //!
-//! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile what they need.
+//! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile
+//! the parts that they need.
 
 mod accelerate;
 mod attitude;
@@ -32,8 +34,8 @@ pub use attitude::{Attitude, turns_freely};
 pub use nature::{Nature, nature, nature_at};
 pub use touched::{acts_in, alters, delays_thrust, follows, memory_count, reads_time};
 
-/// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a
-/// quaternion stand at 9 to 12, where angles would.
+/// Identity of a state of the simulation. Its [`Leaf::State`] index is fixed: ν, then η, then
+/// memory. The components of a quaternion have the indices 9 to 12, in place of the angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StateId {
     /// Velocity or rate in a degree of freedom.
@@ -46,13 +48,13 @@ pub enum StateId {
     Memory {
         /// Index of the term.
         term: u16,
-        /// Which of its states.
+        /// Index among its states.
         index: u16,
     },
 }
 
 impl StateId {
-    /// Name of the log's column that holds it; `None` for memory and the quaternion.
+    /// Name of the log's column with it; `None` for memory and the quaternion.
     pub fn channel(self) -> Option<&'static str> {
         match self {
             StateId::Velocity(dof) => Some(dof.velocity()),
@@ -66,16 +68,17 @@ impl StateId {
 const FIRST_COMPONENT: usize = 9;
 const FIRST_MEMORY: usize = 13;
 
-/// What the equations may read, besides the model.
+/// The data that the equations may read, besides the model.
 #[derive(Debug, Clone, Default)]
 pub struct Available {
     /// Channels that every run has.
     pub channels: BTreeSet<String>,
-    /// Whether the position (x, y, z) is simulated, as when it is measured independently; else it is read from the log.
+    /// Whether the position (x, y, z) is simulated, as for an independently measured one; else it
+    /// is read from the log.
     pub position: bool,
     /// Whether velocities and positions are all read from the log, so that only memory is simulated.
     pub from_log: bool,
-    /// How the attitude is carried.
+    /// Representation of the attitude.
     pub attitude: Attitude,
 }
 
@@ -84,11 +87,12 @@ pub struct Available {
 pub struct Equations<'g> {
     /// Simulated states, each with its leaf, its time derivative and, for memory, its quasi-steady value.
     pub states: Vec<State<'g>>,
-    /// What sensors log, by the name of the column: the simulated states, and the observed functions of them.
+    /// The logged values by name of the column: the simulated states, and the observed functions of
+    /// them.
     pub logged: Vec<(String, Expr<'g>)>,
     /// π(ν_r), kg·m/s and kg·m²/s.
     pub momentum: Six<'g>,
-    /// w + τ: everything that changes the momentum, N and N·m.
+    /// w + τ: the total force that changes the momentum, N and N·m.
     pub force: Six<'g>,
     /// Terms that move the water, by their index.
     pub waters: Vec<usize>,
@@ -101,7 +105,7 @@ pub struct Equations<'g> {
 /// One simulated state.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'g> {
-    /// What it is.
+    /// Its identity.
     pub id: StateId,
     /// Its leaf.
     pub leaf: Leaf,
@@ -111,7 +115,7 @@ pub struct State<'g> {
     pub start: Option<Expr<'g>>,
 }
 
-/// Registers channels as they are asked for.
+/// Registers channels when they are first read.
 struct Inputs<'g, 'a> {
     graph: &'g Graph,
     available: &'a Available,
@@ -127,7 +131,7 @@ impl<'g> Inputs<'g, '_> {
         }) as u16
     }
 
-    /// The channel's leaf, 0 when the log has no such channel.
+    /// The channel's leaf; 0 if the log does not have the channel.
     fn read(&mut self, name: &str, dimension: Dimension) -> Expr<'g> {
         if !self.available.channels.contains(name) {
             return self.graph.zero();
@@ -274,7 +278,8 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     Equations { states, logged, waters, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
-/// The nominal forces that the log has, also of degrees of freedom that are not modelled, late by the parameter `delay` where there is one.
+/// The logged nominal forces, also of degrees of freedom that are not modelled; delayed by the
+/// parameter `delay`, if there is one.
 fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
     Dof::ALL.map(|dof| {
         if !inputs.available.channels.contains(dof.force()) {
@@ -289,8 +294,9 @@ fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usi
     })
 }
 
-/// ν_r = ν − Rᵀ V for the sum of all waters' velocities, in the directions in which ν is simulated or logged; ν = ν_r + Rᵀ V
-/// where what is logged is the velocity through the water. The terms that move the water.
+/// Sets ν_r = ν − Rᵀ V, with the sum V of all water velocities, in the directions in which ν is
+/// simulated or logged, and ν = ν_r + Rᵀ V where the log has the velocity through the water.
+/// Returns the terms that move the water.
 fn through_the_water<'g>(
     at: &mut Instant<'g>,
     model: &Model,
@@ -325,8 +331,8 @@ fn actuate<'g>(
 ) -> Six<'g> {
     let mut tau = at.command;
     let mut at = at.clone();
-    // what delays the command acts on the command itself, so it comes first; then single thrusters, whose forces are the
-    // command; then what happens to the force
+    // first effects that delay the command, which act on the command itself; then single thrusters,
+    // whose forces are part of the command; then effects on the force
     let order = |term: &Term| match term.effect.about().scope {
         _ if term.effect.delays_command().is_some() => 0,
         Scope::Thrusters => 1,
@@ -353,7 +359,7 @@ fn actuate<'g>(
     tau
 }
 
-/// The forces of single thrusters that the model reads, late as the whole command is.
+/// Delays the forces of single thrusters that the model reads, like the whole command.
 fn late_thrusters<'g>(
     at: &mut Instant<'g>,
     model: &Model,
@@ -370,8 +376,8 @@ fn late_thrusters<'g>(
     }
 }
 
-/// The memory of a term: makes its states the first time it is asked for, returns their leaves.
-/// Actuators are asked with the force that reaches them, everything else afterwards.
+/// The memory of a term: registers its states, or reads them from channels, and returns their
+/// symbols. Actuators are called with the force at their input, all other terms afterwards.
 fn remember<'g>(
     at: &Instant<'g>,
     model: &Model,

@@ -1,4 +1,5 @@
-//! A model: which effects, where, with which values and how well those are known.
+//! A model: effects at their places, with the values of their parameters and the uncertainty of
+//! these.
 //!
 //! ```text
 //! model = degrees of freedom + terms (effect @ place) + parameters θ ± σ
@@ -14,7 +15,7 @@ use thiserror::Error;
 use crate::effects::{Coriolis, Effect, GridUnit, Observer, ParameterSpec, Place, Scope, catalogue, id};
 use crate::frame::{Dof, Measured};
 
-/// What an input does between two samples.
+/// Behaviour of an input between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
@@ -30,15 +31,16 @@ pub enum Interpolation {
 pub struct Term {
     /// The effect.
     pub effect: Arc<dyn Effect>,
-    /// Where it stands.
+    /// Its place.
     pub place: Place,
     /// Indices of its parameters.
     pub parameters: Vec<usize>,
-    /// Parameter α that blends an effect in, τ + α (effect(τ) − τ) of an actuator, α τ of a force: 0 without it, 1 with
-    /// it in full.
-    /// Discovery scores candidates by it; `None` in an ordinary model.
+    /// Parameter α that blends an effect in: τ + α (effect(τ) − τ) of an actuator, α τ of a force;
+    /// 0: without the effect, 1: with all of it. Discovery scores candidates by it; `None` in an
+    /// ordinary model.
     pub blend: Option<usize>,
-    /// Channels from which the memory of the effect is read, computed beforehand; `None` where it is simulated.
+    /// Channels with the memory of the effect, computed beforehand; `None` if the memory is
+    /// simulated.
     pub memory_from: Option<Vec<String>>,
 }
 
@@ -58,7 +60,7 @@ pub fn name_of(id: &str, place: Place) -> String {
     }
 }
 
-/// One parameter of a model. A value of its own in each run is a list as long as the runs.
+/// A parameter of a model. A parameter with a value in each run has a list as long as the runs.
 #[derive(Debug, Clone)]
 pub struct Parameter {
     /// Name of the first term that reads it.
@@ -69,15 +71,15 @@ pub struct Parameter {
     pub place: Place,
     /// Symbol, unit, kind.
     pub spec: ParameterSpec,
-    /// Value, SI; for a parameter per run that of a run not listed.
+    /// Value, SI; for a parameter per run the value of a run that is not listed.
     pub value: f64,
     /// Values per run, by the index of the run; empty for a common one.
     pub per_run: Vec<f64>,
-    /// Standard deviation, SI; `None` where none was estimated.
+    /// Standard deviation, SI; `None` if none was estimated.
     pub std: Option<f64>,
-    /// Held at its value.
+    /// Whether it is held at its value.
     pub fixed: bool,
-    /// Its value is a start that somebody gave: a search begins there and nowhere else.
+    /// Whether its value is a start that the user gave: a search begins there and nowhere else.
     pub given: bool,
     /// Lower bound.
     pub min: f64,
@@ -93,7 +95,7 @@ impl Parameter {
         format!("{} of {}", self.spec.name, self.term)
     }
 
-    /// Its value; where each run has its own, their mean.
+    /// Its value; the mean if each run has its own.
     pub fn mean(&self) -> f64 {
         match self.per_run.len() {
             0 => self.value,
@@ -109,26 +111,26 @@ pub struct Model {
     pub dofs: Vec<Dof>,
     /// Tied or free Coriolis coefficients.
     pub coriolis: Coriolis,
-    /// What inputs do between samples.
+    /// Behaviour of inputs between samples.
     pub input: Interpolation,
-    /// Weight of the vehicle, N; what a centre of gravity off the axis acts with.
+    /// Weight of the vehicle, N, which acts at a centre of gravity off the axis.
     pub weight: f64,
-    /// Length of the vehicle, m, in which the search for a place on it is counted; 1 where it is not known.
+    /// Length of the vehicle, m, the unit of the search for a position on it; 1 if it is not known.
     pub length: f64,
-    /// Effects in the order of the catalogue.
+    /// Effects at their places, in the order in which they were added.
     pub terms: Vec<Term>,
     /// Their parameters.
     pub parameters: Vec<Parameter>,
-    /// Logged functions of the states, which the model predicts beside velocities and angles.
+    /// Logged functions of the states that the model predicts besides velocities and angles.
     pub observers: Vec<Observer>,
-    /// Whether the u, v, w that are logged are velocities through the water, ν_r, and not over ground.
+    /// Whether the logged u, v, w are velocities through the water, ν_r, and not over ground.
     pub through_water: bool,
 }
 
-/// Why a model cannot be built.
+/// The reason why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ModelError {
-    /// No effect bears this id.
+    /// No effect has this id.
     #[error("no effect is called `{id}`")]
     UnknownEffect {
         /// The id asked for.
@@ -142,7 +144,7 @@ pub enum ModelError {
         /// Why.
         reason: String,
     },
-    /// The same term twice.
+    /// The term is already in the model.
     #[error("`{name}` is in the model already")]
     Twice {
         /// The term.
@@ -187,7 +189,8 @@ impl Model {
         Ok(model)
     }
 
-    /// Adds a catalogue effect by name; a plain id at every place where it applies. Returns the new terms' indices.
+    /// Adds a catalogue effect by name, a plain id at every place where it applies. Returns the new
+    /// terms' indices.
     ///
     /// # Errors
     /// As [`Model::with_effects`].
@@ -215,12 +218,13 @@ impl Model {
         places.into_iter().map(|place| self.add(effect.clone(), place)).collect()
     }
 
-    /// Adds an effect at a place; linear parameters start at their neutral value, shape parameters at the first of
-    /// their grid. Returns the index of the term. Of an effect with values of its own in every run and the same with one value
-    /// for all the first alone stands: it holds the other.
+    /// Adds an effect at a place. Linear parameters start at their neutral value, shape parameters
+    /// at the first value of their grid. Returns the index of the term. If the model has the same
+    /// effect both with a value in every run and with one value for all, it keeps the first alone,
+    /// which includes the second.
     ///
     /// # Errors
-    /// [`ModelError`] when it cannot stand there or stands there already.
+    /// [`ModelError`] if it cannot stand there or is already there.
     pub fn add(&mut self, effect: Arc<dyn Effect>, place: Place) -> Result<usize, ModelError> {
         let name = name_of(effect.about().id, place);
         if self.terms.iter().any(|t| t.name() == name) {
@@ -287,7 +291,7 @@ impl Model {
         self.parameters.len() - 1
     }
 
-    /// Takes a term out again, with the parameters that nothing else reads.
+    /// Removes a term, with the parameters that no other term reads.
     pub fn remove(&mut self, term: usize) {
         let removed = self.terms.remove(term);
         let mut gone: Vec<usize> = removed.parameters.into_iter().chain(removed.blend).collect();
@@ -305,7 +309,7 @@ impl Model {
         }
     }
 
-    /// Makes the parameter `of` one with `to`: every term that reads it reads the other.
+    /// Replaces the parameter `of` by `to` in all terms that read it.
     pub fn tie(&mut self, of: usize, to: usize) {
         if of == to {
             return;
@@ -356,7 +360,7 @@ impl Model {
         self.at(id, dof).map(|p| self.parameters[p].value)
     }
 
-    /// Sets the value of the first parameter of the term `name`; whether there is such a term.
+    /// Sets the value of the first parameter of the term `name`; returns whether there is one.
     pub fn set(&mut self, name: &str, value: f64) -> bool {
         self.parameter_of(name).map(|p| self.parameters[p].value = value).is_some()
     }
@@ -376,13 +380,14 @@ impl Model {
         (0..self.parameters.len()).filter(|i| !self.parameters[*i].fixed).collect()
     }
 
-    /// What a simulation is held against: the modelled velocities, then the observed functions.
+    /// The quantities with which a simulation is compared: the modelled velocities, then the
+    /// observed functions.
     pub fn measured(&self) -> Vec<Measured> {
         let functions = self.observers.iter().map(|observer| Measured::Function(observer.channel().into()));
         self.dofs.iter().copied().map(Measured::Velocity).chain(functions).collect()
     }
 
-    /// Refuses a model that cannot be simulated.
+    /// Checks that the model can be simulated.
     ///
     /// # Errors
     /// [`ModelError::NoInertia`].
@@ -408,7 +413,7 @@ pub fn places_of(effect: &dyn Effect, dofs: &[Dof]) -> Vec<Place> {
     all.into_iter().filter(|p| modelled(p) && misplaced(effect, *p, dofs).is_none()).collect()
 }
 
-/// Why an effect cannot stand at a place; `None` where it can.
+/// The reason why an effect cannot stand at a place; `None` if it can.
 fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> {
     let absent =
         |dof: Dof| (!dofs.contains(&dof)).then(|| format!("{dof} is not among the modelled degrees of freedom"));
@@ -422,7 +427,7 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
             lacking.and_then(|reasons| reasons.into_iter().next())
         }
         (Scope::Everywhere, None, None) => None,
-        // as the catalogue lists it, of none
+        // the entry of the catalogue, without a thruster
         (Scope::Thrusters, ..) if effect.channels(place).iter().all(String::is_empty) => Some(
             "it is of thrusters that [[thruster]] describes; of single ones it is written with their names, as `@T6` or \
              `@T2:T5`"

@@ -4,8 +4,9 @@
 //! d π(ν_r, …)/dt = f      ⇒      M ν̇ = f − Σ (∂π/∂s) ṡ,     M = ∂π/∂ν
 //! ```
 //!
-//! s: everything else that the momentum hangs on and that moves: the attitude, where the water moves over ground
-//! (ν_r = ν − RᵀV), and what is logged instead of simulated, which moves as its interpolation does.
+//! s: the other changing quantities on which the momentum depends: the attitude, where the water
+//! moves over ground (ν_r = ν − RᵀV), and channels that are logged instead of simulated, whose rate
+//! is that of their interpolation.
 
 use super::State;
 use crate::effects::{Instant, Six};
@@ -13,8 +14,9 @@ use crate::frame::Dof;
 use crate::symbolic::{Expr, Leaf};
 use crate::units::Dimension;
 
-/// ν̇ in the modelled degrees of freedom, in their order. `moving`: the simulated states besides the velocities; `inputs`:
-/// names of the input channels. Elimination without pivoting: M is symmetric and positive definite in any physical model.
+/// ν̇ in the modelled degrees of freedom, in their order. `moving`: simulated states besides the
+/// velocities; `inputs`: names of the input channels. The elimination has no pivoting: M is
+/// symmetric and positive definite in any physical model.
 pub(super) fn accelerations<'g>(
     at: &Instant<'g>,
     force: &Six<'g>,
@@ -64,7 +66,8 @@ fn not_by_acceleration<'g>(at: &Instant<'g>, pi: Expr<'g>, moving: &[State<'g>],
     sum
 }
 
-/// Unit of the rate of a logged velocity or angle; `None` for what is constant over a run, as a KC number.
+/// Unit of the rate of a logged velocity or angle; `None` for a channel that is constant over a
+/// run, such as a KC number.
 fn logged_rate(channel: &str) -> Option<Dimension> {
     let velocity = Dof::ALL.into_iter().find(|dof| dof.velocity() == channel);
     let angle = Dof::ALL.into_iter().any(|dof| dof.is_rotation() && dof.position() == channel);

@@ -1,13 +1,15 @@
-//! The attitude of the vehicle: how it is carried inside, how it turns, and how far it is from the logged one.
+//! The attitude of the vehicle: its internal representation, its rate, and its difference from the
+//! logged one.
 //!
 //! ```text
-//! angles:      φ̇ = p + (q sin φ + r cos φ) tan θ,   θ̇ = q cos φ − r sin φ,   ψ̇ = (q sin φ + r cos φ)/cos θ
-//! quaternion:  q̇ = ½ q ⊗ (0, ω),   R = R(q/|q|)
+//! angles:     φ̇ = p + (q sin φ + r cos φ) tan θ,   θ̇ = q cos φ − r sin φ,   ψ̇ = (q sin φ + r cos φ)/cos θ
+//! quaternion: q̇ = ½ q ⊗ (0, ω),   R = R(q/|q|)
 //! ```
 //!
-//! Angles are three states, what instruments log, and singular at θ = ±90°. The quaternion is four states and singular
-//! nowhere; its norm has no effect, so that no integrator can spoil it. It is taken where a run comes near the vertical.
-//! Fossen, *Handbook of Marine Craft* (2021), 2.2; Diebel, *Representing Attitude* (2006).
+//! Angles are three states, those that instruments log, and singular at θ = ±90°. The quaternion is
+//! four states and nowhere singular; its norm has no effect, so that errors of the integrator in it
+//! do not matter. It is used if a run comes near the vertical. Fossen, *Handbook of Marine Craft*
+//! (2021), 2.2; Diebel, *Representing Attitude* (2006).
 
 use crate::effects::{Instant, Six};
 use crate::frame::Dof;
@@ -16,26 +18,27 @@ use crate::navigation::upright;
 use crate::run::Run;
 use crate::symbolic::Expr;
 
-/// How the attitude is carried inside.
+/// Internal representation of the attitude.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Attitude {
-    /// By z-y-x Euler angles.
+    /// z-y-x Euler angles.
     #[default]
     Angles,
-    /// By a unit quaternion.
+    /// A unit quaternion.
     Quaternion,
 }
 
 impl Attitude {
-    /// By a quaternion where a run comes near the vertical, all runs log all angles and the model turns about more than
-    /// one axis; else by angles. A model that pitches alone has no pole: its θ goes on beyond 90°.
+    /// A quaternion if a run comes near the vertical, all runs log all angles, and the model turns
+    /// about more than one axis; else angles. A model that only pitches has no pole: its θ
+    /// continues beyond 90°.
     pub fn of(model: &Model, runs: &[Run]) -> Attitude {
         let upright = turns_freely(model) && runs.iter().any(upright::is_steep) && runs.iter().all(upright::is_whole);
         if upright { Attitude::Quaternion } else { Attitude::Angles }
     }
 }
 
-/// Whether Euler angles of the model have a pole: it pitches, and turns about another axis as well.
+/// Whether Euler angles of the model have a pole: it pitches, and also turns about another axis.
 pub fn turns_freely(model: &Model) -> bool {
     let turns = |dof: Dof| model.dofs.contains(&dof);
     turns(Dof::Pitch) && (turns(Dof::Roll) || turns(Dof::Yaw))
@@ -76,8 +79,8 @@ pub(super) fn quaternion_rate<'g>([w, x, y, z]: [Expr<'g>; 4], nu: &Six<'g>) -> 
     ]
 }
 
-/// The turn from `logged` to the attitude that sensors would tell of, earth axes, rad. `said` are the angles that they
-/// would say where they err about them.
+/// The rotation from `logged` to the attitude that the sensors would log, in earth axes, rad.
+/// `said`: the angles that they would log, if these have an error.
 pub(super) fn turn<'g>(own: [Expr<'g>; 4], said: Option<[Expr<'g>; 3]>, logged: [Expr<'g>; 4]) -> [Expr<'g>; 3] {
     let [w, x, y, z] = said.map_or(own, quaternion_of);
     let [a, b, c, d] = logged;
@@ -88,8 +91,9 @@ pub(super) fn turn<'g>(own: [Expr<'g>; 4], said: Option<[Expr<'g>; 3]>, logged: 
         .map(|e| e * scale)
 }
 
-/// η̇ = J(η) ν: rates of the position and, where angles carry the attitude, of the angles. A model that simulates
-/// neither roll nor pitch moves in the horizontal plane: its kinematics are planar, whatever small tilt the log shows.
+/// η̇ = J(η) ν: rates of the position and, if the attitude is by angles, of the angles. A model
+/// that simulates neither roll nor pitch moves in the horizontal plane: its kinematics are planar,
+/// whatever small tilt the log shows.
 pub(super) fn kinematics<'g>(at: &Instant<'g>) -> Six<'g> {
     let (zero, [x, y, z]) = (at.graph.zero(), at.over_ground());
     let [.., p, q, yaw] = at.nu;
@@ -120,7 +124,7 @@ mod tests {
         let turned = Vector3::new(0.02, -0.3, 0.1);
         let logged = UnitQuaternion::new(-turned) * q;
         let omega = Vector3::new(0.3, -0.2, 0.5);
-        // a norm other than 1, and the other sign, which mean nothing
+        // a norm other than 1 and the opposite sign have no meaning
         let list = |q: &UnitQuaternion<f64>, scale: f64| [q.w, q.i, q.j, q.k].map(|x| x * scale);
         let (a, b) = (list(&q, 1.3), list(&logged, -0.9));
         let read = |leaf: Leaf| match leaf {

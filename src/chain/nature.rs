@@ -1,4 +1,4 @@
-//! What an effect is in the balance of momentum, read off its formulas.
+//! The kind of an effect in the equation of momentum, read off its formulas.
 //!
 //! ```text
 //! inertia    changes π                     drag        w = w(νᵢ) in its own row i
@@ -13,33 +13,33 @@ use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::symbolic::{Expr, Graph, Leaf};
 
-/// What an effect is in the balance of momentum.
+/// Kind of an effect in the equation of momentum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Nature {
     /// It adds to the momentum.
     Inertia,
-    /// It remembers the motion.
+    /// It carries states.
     Memory,
-    /// It acts by the velocities of the whole vehicle, as −C(ν)ν does.
+    /// It depends on the velocities of the whole vehicle, as −C(ν)ν does.
     Coriolis,
-    /// It acts against one motion by that motion alone.
+    /// It acts in one degree of freedom and depends on that motion alone.
     Drag,
-    /// It acts in one degree of freedom by other motions.
+    /// It acts in one degree of freedom and depends on other motions.
     CrossDrag,
-    /// It acts by attitude or place.
+    /// It depends on attitude or position.
     Restoring,
-    /// It acts alike at all times.
+    /// It is constant.
     Steady,
-    /// None of these: it reads channels or commands, or is not a force of the body.
+    /// None of these: it depends on channels, commands or time, or is not a force of the body.
     Other,
 }
 
-/// What the effect of a term of `model` is.
+/// Kind of the effect of a term of `model`.
 pub fn nature(model: &Model, term: &Term) -> Nature {
     nature_at(term.effect.as_ref(), term.place, model)
 }
 
-/// What `effect` is at a place of `model`.
+/// Kind of `effect` at a place of `model`.
 pub fn nature_at(effect: &dyn Effect, place: Place, model: &Model) -> Nature {
     if effect.about().family != Family::Body {
         return Nature::Other;
@@ -63,7 +63,7 @@ pub fn nature_at(effect: &dyn Effect, place: Place, model: &Model) -> Nature {
     of_force(&at, place, &wrench)
 }
 
-/// What a force without memory is by what it reads.
+/// Kind of a force without memory, by the quantities that it reads.
 fn of_force<'g>(at: &Instant<'g>, place: Place, wrench: &[Expr<'g>; 6]) -> Nature {
     let read: Vec<Leaf> = wrench.iter().flat_map(|row| row.leaves()).collect();
     let reads = |symbol: &Expr<'g>| symbol.leaves().iter().any(|leaf| read.contains(leaf));

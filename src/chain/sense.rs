@@ -1,4 +1,4 @@
-//! What the sensors log of the states: the last link of the chain.
+//! The logged values as functions of the states: the last link of the chain.
 
 use super::attitude::turn;
 use crate::effects::{Instant, Logged, Six};
@@ -7,8 +7,8 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::symbolic::{Expr, Leaf};
 
-/// What the sensors say: `memory` holds the states of each term, `quaternion` the attitude and the logged one where it is
-/// carried so.
+/// The logged values by column. `memory`: states of each term; `quaternion`: the attitude and the
+/// logged one, if the attitude is a quaternion.
 pub(super) fn sense<'g>(
     at: &Instant<'g>,
     model: &Model,

@@ -1,4 +1,4 @@
-//! What an effect has to do with: asked of its formulas, on symbols of an instant that is none in particular.
+//! Dependencies of an effect, read off its formulas on an instant of independent symbols.
 
 use crate::effects::{Effect, Instant, Logged, Place, Six};
 use crate::frame::Dof;
@@ -12,7 +12,8 @@ pub fn memory_count(graph: &Graph, model: &Model, effect: &dyn Effect, place: Pl
     effect.memory(&at, place, &at.command).len()
 }
 
-/// Degrees of freedom of `model` in which an effect changes the momentum, the force or what is logged.
+/// Degrees of freedom of `model` in which an effect changes the momentum, the force or the logged
+/// values.
 pub fn acts_in(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     let graph = Graph::new();
     let at = somewhere(&graph, model, &effect.channels(place));
@@ -35,7 +36,7 @@ pub fn acts_in(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     model.dofs.iter().copied().filter(touched).collect()
 }
 
-/// Logged channels of the modelled motion that an effect alters: those of which a sensor says something else.
+/// Logged channels of the motion that an effect alters, as a sensor error does.
 pub fn alters(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static str> {
     let graph = Graph::new();
     let at = somewhere(&graph, model, &effect.channels(place));
@@ -43,7 +44,8 @@ pub fn alters(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static 
     altered(&at, effect, place, &theta, &memory)
 }
 
-/// Whether an effect makes the thrust come later than its command: by a dead time, or by a state that stands in for the command.
+/// Whether an effect delays the thrust against its command: by a dead time, or by a state that
+/// replaces the command.
 pub fn delays_thrust(effect: &dyn Effect, place: Place, model: &Model) -> bool {
     let graph = Graph::new();
     let at = somewhere(&graph, model, &effect.channels(place));
@@ -65,7 +67,7 @@ pub fn follows(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     model.dofs.iter().copied().filter(follows).collect()
 }
 
-/// Whether what an effect does hangs on the time of the run.
+/// Whether momentum or force of an effect depends on the time of the run.
 pub fn reads_time(effect: &dyn Effect, place: Place, model: &Model) -> bool {
     let graph = Graph::new();
     let at = somewhere(&graph, model, &effect.channels(place));
@@ -94,7 +96,7 @@ pub(super) fn memories<'g>(at: &Instant<'g>, effect: &dyn Effect, place: Place) 
     starts.iter().enumerate().map(state).collect()
 }
 
-/// Channels of which an effect makes something else.
+/// Channels that an effect alters.
 fn altered<'g>(
     at: &Instant<'g>,
     effect: &dyn Effect,
@@ -114,7 +116,7 @@ fn altered<'g>(
     velocities.map(|dof| dof.velocity()).chain(poses.map(|dof| dof.position())).collect()
 }
 
-/// An instant in which everything is a symbol of its own.
+/// An instant in which every quantity is a separate symbol.
 pub(super) fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]) -> Instant<'g> {
     let state = |first: usize, i: usize, unit| graph.leaf(Leaf::State((first + i) as u16), unit);
     let input = |k: usize, unit| graph.leaf(Leaf::Input(k as u16), unit);
@@ -136,7 +138,7 @@ pub(super) fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]
         command: by_kind(12, Dimension::FORCE, Dimension::MOMENT),
         momentum: by_kind(18, impulse(Dimension::FORCE), impulse(Dimension::MOMENT)),
         dofs: model.dofs.clone(),
-        // of a vehicle without a weight nothing else would be asked of its trim
+        // without a weight the formulas of trim would vanish
         weight: model.weight.max(1.0),
         channels: channels.iter().enumerate().map(|(k, name)| (name.clone(), input(k + 1, Dimension::ONE))).collect(),
     }
@@ -148,7 +150,7 @@ mod tests {
     use crate::effects::{Coriolis, SingleThruster, ThrusterLoss, catalogue};
     use crate::model::places_of;
 
-    /// Where effects act, as `EFFECTS.md` has it; the lists are of those that act in some only.
+    /// Degrees of freedom in which effects act, by the meaning of their formulas.
     #[test]
     fn effects_act_where_their_formulas_do() {
         let model = Model::new(&Dof::ALL, Coriolis::Tied);
@@ -171,7 +173,7 @@ mod tests {
         assert_eq!(of("thrust_lag"), Dof::ALL);
     }
 
-    /// What a sensor says otherwise, and which velocities its memory follows.
+    /// Channels that a sensor alters, and velocities that its memory follows.
     #[test]
     fn sensors_alter_their_channels_and_memories_follow_velocities() {
         use Dof::*;

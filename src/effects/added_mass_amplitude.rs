@@ -13,7 +13,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "added_mass_amplitude";
 
 /// Added mass that depends on the amplitude of the oscillation.

@@ -4,18 +4,19 @@
 //! πᵢ += mᵢⱼ νⱼ        and, where j is modelled as well,   πⱼ += mᵢⱼ νᵢ
 //! ```
 //!
-//! mᵢⱼ: element of the symmetric matrix of inertia, kg, kg·m or kg·m². The paper's X_q̇ is that of surge and pitch
-//! (its sign is opposite to SNAME's): Avila et al. (2013), eq. 20.
+//! mᵢⱼ: element of the symmetric matrix of inertia, kg, kg·m or kg·m². The paper's X_q̇ is that of
+//! surge and pitch (its sign is opposite to SNAME's): Avila et al. (2013), eq. 20.
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "added_mass_coupling";
 
-/// Momentum in one direction from motion in another: added mass off the diagonal, or a centre of gravity off the origin.
+/// Momentum in one direction from motion in another: added mass off the diagonal, or a centre of
+/// gravity off the origin.
 #[derive(Debug)]
 pub struct AddedMassCoupling;
 

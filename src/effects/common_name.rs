@@ -1,14 +1,15 @@
-//! What practitioners call the effects of the catalogue.
+//! The common names of the effects of the catalogue.
 
 use super::{ThrusterLoss, ThrusterSwap};
 
-/// The common name of an effect: `coriolis_yaw` is the Munk moment. A place behind the id (`@surge`) is told with it; an
-/// id that has no other name is its own words.
+/// The common name of an effect: `coriolis_yaw` is the Munk moment. A place behind the id
+/// (`@surge`) is included. An id without a common name is turned into words.
 pub fn common_name(name: &str) -> String {
     common_name_at(name, None)
 }
 
-/// The common name of an effect whose first parameter is known: a thruster of which twice the thrust is lost is reversed.
+/// The common name of an effect whose first parameter is known: a thruster that has lost twice its
+/// thrust is reversed.
 pub fn common_name_at(name: &str, first: Option<f64>) -> String {
     let (id, place) = name.split_once('@').unwrap_or((name, ""));
     let known = NAMES.iter().find(|(known, _)| *known == id).map(|(_, common)| *common);
@@ -16,7 +17,7 @@ pub fn common_name_at(name: &str, first: Option<f64>) -> String {
     let own = known.map_or_else(|| id.replace('_', " "), str::to_string);
     match place {
         "" => own,
-        // thrusters have names of their own
+        // a thruster's place is its name
         place if [ThrusterLoss::ID, ThrusterSwap::ID].contains(&id) => {
             format!("{own}, {}", place.replace(':', " and "))
         }
@@ -24,7 +25,7 @@ pub fn common_name_at(name: &str, first: Option<f64>) -> String {
     }
 }
 
-/// What a thruster is that has lost so much of its thrust, as a share.
+/// The name of a thruster that has lost this share of its thrust.
 fn lost_of_thruster(share: f64) -> &'static str {
     match share {
         ..0.0 => "a thruster that is stronger than its curve",

@@ -6,9 +6,10 @@
 //!                                                                                     (diagonal inertia)
 //! ```
 //!
-//! *Tied*: the coefficients are those of the momentum, nothing is left to find, and the three terms together do no
-//! work. *Free*: each row has one coefficient of its own for its leading product, as the paper's k_uv, identified apart
-//! from m_v − m_u. Kirchhoff (1869); Fossen (2021), ch. 6; Avila et al. (2013), eq. 28.
+//! *Tied*: the coefficients are those of the momentum; there is no parameter to identify, and the
+//! terms together do no work. *Free*: each row has one coefficient of its own for its leading
+//! product, as the paper's k_uv, identified separately from m_v − m_u. Kirchhoff (1869); Fossen
+//! (2021), ch. 6; Avila et al. (2013), eq. 28.
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
@@ -36,13 +37,14 @@ pub struct CoriolisRow {
     pub coriolis: Coriolis,
 }
 
-/// What a row of −C(ν)ν with a diagonal inertia is made of.
+/// A row of −C(ν)ν with a diagonal inertia.
 struct Row {
     id: &'static str,
-    /// The row's own degree of freedom and those of each of its two products, the leading one first. It stands wherever
-    /// one of its products does: in the vertical plane as in the horizontal one.
+    /// The row's own degree of freedom and those of each of its two products, the leading one
+    /// first. A model has the row if it has one of its products: in the vertical plane as in the
+    /// horizontal one.
     sets: [&'static [Dof]; 2],
-    /// The products as they are written: of ω × P in the rows of force, of v × P and ω × L in those of moment.
+    /// The products as text: of ω × P in the rows of force, of v × P and ω × L in those of moment.
     parts: [&'static str; 2],
     whole: &'static str,
     /// The leading product with a coefficient of its own.
@@ -72,19 +74,19 @@ const ROWS: [Row; 6] = [
 ];
 
 impl Row {
-    /// Which of its products stand in a model of these degrees of freedom.
+    /// Indices of its products in a model of these degrees of freedom.
     fn standing(&self, dofs: &[Dof]) -> impl Iterator<Item = usize> {
         (0..2).filter(|k| self.sets[*k].iter().all(|d| dofs.contains(d)))
     }
 
-    /// Factors of the leading product, and its sign.
+    /// Sign and factors of the leading product.
     fn leading(&self) -> (f64, Dof, Dof) {
         (if self.free.starts_with('−') { -1.0 } else { 1.0 }, self.sets[0][1], self.sets[0][2])
     }
 }
 
-/// Whether the leading product of a row is all of it in a model of these degrees of freedom: its coefficient then tells
-/// the whole.
+/// Whether the leading product is the only product of a row in a model of these degrees of freedom:
+/// its coefficient is then that of the whole row.
 pub fn leading_is_all(row: Dof, dofs: &[Dof]) -> bool {
     ROWS[row.index()].standing(dofs).eq([0])
 }
@@ -124,7 +126,8 @@ impl Effect for CoriolisRow {
         let product = velocity(j).times(velocity(k));
         let spec = ParameterSpec::linear(format!("k_{letters}"), force(self.row).over(product));
         let sname = format!("{}_{letters}", self.row.sname());
-        // lift and Munk moment are one regressor: SNAME's name of it; it has the other sign where the row has a minus
+        // lift and Munk moment are one regressor, which has a name by SNAME; a value under that
+        // name has the opposite sign, which is right only for a row with a minus
         vec![if sign > 0.0 { spec } else { spec.sname(sname) }]
     }
 

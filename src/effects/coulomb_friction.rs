@@ -12,7 +12,7 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "coulomb_friction";
 
 /// ε, m/s or rad/s: the speed at which the friction has reached three quarters of its value.

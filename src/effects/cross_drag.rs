@@ -4,7 +4,8 @@
 //! wᵢ −= d νⱼ |νⱼ|
 //! ```
 //!
-//! d in the unit that makes the product a force or moment. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6.
+//! d in the unit that makes the product a force or moment. Fossen, Handbook of Marine Craft
+//! Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6.
 
 use super::parameter::{drag, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};

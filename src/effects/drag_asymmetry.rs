@@ -1,17 +1,17 @@
-//! Other drag astern than ahead.
+//! Quadratic drag that differs between ahead and astern.
 //!
 //! ```text
 //! wᵢ −= d νᵢ |νᵢ|   only where νᵢ < 0
 //! ```
 //!
-//! d: kg/m (kg·m²), what quadratic drag has more when the velocity is negative.
+//! d: kg/m (kg·m²), the additional quadratic drag at negative velocity.
 
 use super::parameter::{drag, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "drag_asymmetry";
 
 /// Quadratic drag that differs between the two directions of motion.

@@ -1,10 +1,11 @@
-//! A push of the surroundings that is another one in every run: another day has another current, another dive another ballast.
+//! Effects of the surroundings with a value of their own in every run: the current of the day, the
+//! ballast of the dive.
 //!
 //! ```text
 //! θ → θ_run        all else as the effect itself has it
 //! ```
 //!
-//! In a run that took no part in a fit the value is that of its own first half.
+//! In a run that took no part in a fit the value is that of the run's first half.
 
 use super::bias::Bias;
 use super::current::Current;
@@ -14,7 +15,7 @@ use super::{About, Effect, Instant, ParameterSpec, Place, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// An effect with values of its own in every run.
+/// An effect with parameter values of its own in every run.
 #[derive(Debug)]
 pub struct EachRun {
     of: &'static dyn Effect,
@@ -25,7 +26,7 @@ pub struct EachRun {
 }
 
 impl EachRun {
-    /// A current that is another one in every run.
+    /// A current that differs from run to run.
     pub const CURRENT: EachRun = EachRun {
         of: &Current,
         id: "current_each_run",
@@ -34,7 +35,7 @@ impl EachRun {
         shown_by: "several headings in every run, or speeds both well above and below the current",
     };
 
-    /// A push in one compass direction that is another one in every run.
+    /// A force in one compass direction that differs from run to run.
     pub const EARTH_FORCE: EachRun = EachRun {
         of: &EarthForce,
         id: "earth_force_each_run",
@@ -43,7 +44,7 @@ impl EachRun {
         shown_by: "several headings in every run, at small and at large speeds",
     };
 
-    /// A net weight that is another one in every run.
+    /// A net weight that differs from run to run.
     pub const WEIGHT: EachRun = EachRun {
         of: &RestoringForce(Dof::Heave),
         id: "weight_each_run",
@@ -52,7 +53,7 @@ impl EachRun {
         shown_by: "runs of different dives in which heave is free",
     };
 
-    /// A constant force that is another one in every run.
+    /// A constant force that differs from run to run.
     pub const BIAS: EachRun = EachRun {
         of: &Bias,
         id: "bias_each_run",
@@ -68,7 +69,7 @@ impl Effect for EachRun {
     }
 
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
-        // what is shared with other terms is one value
+        // a shared parameter would have one value for all runs
         let own = |spec: ParameterSpec| ParameterSpec { shared: None, ..spec }.per_run();
         self.of.parameters(place).into_iter().map(own).collect()
     }

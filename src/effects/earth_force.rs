@@ -4,16 +4,17 @@
 //! (X, Y, Z) += Rᵀ(φ, θ, ψ) (F_N, F_E, 0)
 //! ```
 //!
-//! F_N, F_E: force north and east, N. A steady wind on what stands out of the water, a tether that the current carries
-//! off. A current is another thing: it acts through drag and inertia, and so with the speed through the water. A wind
-//! whose hold on bow and side is known and whose speed is logged is a formula of the campaign file.
+//! F_N, F_E: force north and east, N. Causes: a steady wind on what stands out of the water, or a
+//! tether that the current carries off. A current is a different effect: it acts through drag and
+//! inertia, and so depends on the speed through the water. A wind with known force coefficients
+//! ahead and abeam and a logged speed is a formula of the campaign file.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "earth_force";
 
 /// A steady force that keeps its compass direction.

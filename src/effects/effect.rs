@@ -1,4 +1,4 @@
-//! What an effect is: the one trait of the catalogue.
+//! The trait [`Effect`] of the catalogue, with the description and the places of an effect.
 
 use std::fmt::Debug;
 
@@ -14,11 +14,11 @@ use crate::symbolic::Expr;
 pub enum Family {
     /// A force in the balance of momentum.
     Body,
-    /// A change of the force on its way from the command to the water.
+    /// A change of the force between the command and the water.
     Actuator,
-    /// A change of what the water does.
+    /// A force or a flow from outside: current, wind, waves, a tether.
     Environment,
-    /// A change of what is logged.
+    /// A change of the logged values.
     Sensor,
 }
 
@@ -42,20 +42,23 @@ pub enum Scope {
     Vehicle(&'static [Dof]),
     /// `id`, once for the whole vehicle; it needs all degrees of freedom of one of these sets.
     VehicleAny(&'static [&'static [Dof]]),
-    /// `id`, once for the whole vehicle; it acts in whichever of the modelled degrees of freedom it applies to.
+    /// `id`, once for the whole vehicle; it acts in those of the modelled degrees of freedom to
+    /// which it applies.
     Everywhere,
-    /// `id@T6` or `id@T2:T5`, of thrusters that a campaign describes: its channels are their forces, which are part of the
-    /// command, and it acts on the command before anything else does.
+    /// `id@T6` or `id@T2:T5`, of thrusters that a campaign describes. Its channels are their
+    /// forces, which are part of the command, and it acts on the command before all other effects
+    /// except a delay of the command.
     Thrusters,
 }
 
 impl Scope {
-    /// The vehicle, where it moves and turns in one plane: what a velocity and a turn rate say of each other.
+    /// The whole vehicle if the model has a velocity and a turn rate of one plane, so that each can
+    /// be checked against the other.
     pub const MOVES_AND_TURNS: Scope =
         Scope::VehicleAny(&[&[Dof::Surge, Dof::Yaw], &[Dof::Sway, Dof::Yaw], &[Dof::Heave, Dof::Pitch]]);
 }
 
-/// Which instance of an effect: its degree of freedom and, for a coupling, the other one.
+/// The place of an effect: its degree of freedom and, for a coupling, the other one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Place {
     /// Degree of freedom in whose balance the effect stands; `None` for the whole vehicle.
@@ -78,10 +81,12 @@ impl Place {
         Place { dof: Some(dof), other: Some(other) }
     }
 
-    /// The degree of freedom of an effect whose scope is [`Scope::Each`], [`Scope::Pairs`] or [`Scope::Couples`].
+    /// The degree of freedom of an effect whose scope is [`Scope::Each`], [`Scope::Pairs`] or
+    /// [`Scope::Couples`].
     ///
     /// # Panics
-    /// For the place of the whole vehicle: a term is only ever made with a place of its effect's scope.
+    /// For the place of the whole vehicle: a term is always made with a place of its effect's
+    /// scope.
     pub fn here(&self) -> Dof {
         self.dof.expect("an effect of one degree of freedom is placed in one")
     }
@@ -95,7 +100,7 @@ impl Place {
     }
 }
 
-/// What an effect is called, where it acts, and what a reader wants to know of it.
+/// Description of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct About<'a> {
     /// Stable id, as in a campaign file.
@@ -114,10 +119,11 @@ pub struct About<'a> {
     pub shown_by: &'a str,
 }
 
-/// One thing that may happen on the chain command → actuator → body → sensor → log.
+/// An effect on the chain command → actuator → body → sensor → log.
 ///
-/// Every hook has an empty default; an effect writes those it needs, as formulas on the symbols of the [`Instant`].
-/// `theta` holds the symbols of its parameters in the order of [`Effect::parameters`], `memory` those of its states.
+/// Every hook has an empty default; an effect writes those it needs, as formulas on the symbols of
+/// the [`Instant`]. `theta` holds the symbols of its parameters in the order of
+/// [`Effect::parameters`], `memory` those of its states.
 ///
 /// A complete effect:
 ///
@@ -149,7 +155,14 @@ pub struct About<'a> {
 ///     fn channels(&self, _: Place) -> Vec<String> {
 ///         vec!["wind_speed".into()]
 ///     }
-///     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
+///     fn wrench<'g>(
+///         &self,
+///         at: &Instant<'g>,
+///         _: Place,
+///         theta: &[Expr<'g>],
+///         _: &[Expr<'g>],
+///         wrench: &mut Six<'g>,
+///     ) {
 ///         let wind = at.channel("wind_speed");
 ///         wrench[0] += theta[0] * wind * wind;
 ///     }
@@ -172,13 +185,14 @@ pub trait Effect: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Angles and positions of the log without which it says nothing.
+    /// Logged angles and positions that it needs.
     fn pose(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// Whether it acts from a place on the ground, as an anchor does. Everything else is the same seen from the ground and
-    /// from water that moves over it (Galilei), which `tests/all/laws.rs` holds for the whole catalogue.
+    /// Whether it acts from a place on the ground, as an anchor does. All other effects are the
+    /// same seen from the ground and from water that moves over it (Galilean invariance), which
+    /// `tests/all/laws.rs` checks for the whole catalogue.
     fn tied_to_ground(&self) -> bool {
         false
     }
@@ -197,23 +211,24 @@ pub trait Effect: Debug + Send + Sync {
     ) {
     }
 
-    /// The row of −C(ν)ν whose leading product is its own. Where that row is not in a model, or has a coefficient of its own,
-    /// no log tells the two apart, and the row is the name of both.
+    /// The row of −C(ν)ν with the same leading product. If that row is not in a model, or has a
+    /// coefficient of its own, no log tells the two apart, and the row stands for both.
     fn shares_row(&self, _place: Place) -> Option<Dof> {
         None
     }
 
-    /// Id of the effect that it is where its parameters are the same in all runs. A model holds one of the two at a place.
+    /// Id of the same effect with one value for all runs, for an effect with a value in each run. A
+    /// model holds one of the two at a place.
     fn same_in_all_runs(&self) -> Option<&str> {
         None
     }
 
-    /// Index of the parameter by which the whole command comes late, for an effect that delays it.
+    /// Index of the parameter that is the delay of the whole command, for an effect that delays it.
     fn delays_command(&self) -> Option<usize> {
         None
     }
 
-    /// Changes the force τ on its way, in N and N·m.
+    /// Changes the force τ between command and water, in N and N·m.
     fn actuate<'g>(
         &self,
         _at: &Instant<'g>,
@@ -229,7 +244,7 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
-    /// Changes what is logged.
+    /// Changes the logged values.
     fn sense<'g>(
         &self,
         _at: &Instant<'g>,
@@ -240,8 +255,8 @@ pub trait Effect: Debug + Send + Sync {
     ) {
     }
 
-    /// States that it carries, each by its value in quasi-steady motion; empty for an effect without memory.
-    /// An actuator's `tau` is the force that reaches it.
+    /// The states of the effect, each by its value in quasi-steady motion; empty for an effect
+    /// without memory. For an actuator `tau` is the force at its input.
     fn memory<'g>(&self, _at: &Instant<'g>, _place: Place, _tau: &Six<'g>) -> Vec<Expr<'g>> {
         Vec::new()
     }

@@ -1,20 +1,22 @@
-//! Even terms: a force that another motion makes, whichever way that goes.
+//! Even terms: a force in proportion to the square of another velocity, whatever the sign of that
+//! velocity.
 //!
 //! ```text
 //! wᵢ −= d νⱼ²        X_vv v², X_rr r², X_ww w², X_qq q²;   Z_uu u², M_uu u²
 //! ```
 //!
-//! d in the unit that makes the product a force or moment. A ship loses speed as she drifts and turns, to either side alike;
-//! a hull that is not the same above and below is lifted and pitched by its speed. Sway, roll and yaw have none: a hull is
-//! the same to port and starboard. Gertler and Hagen, Standard Equations of Motion for Submarine Simulation, NSRDC Report 2510
-//! (1967); Abkowitz, Lectures on Ship Hydrodynamics, HyA Report Hy-5 (1964).
+//! d in the unit that makes the product a force or moment. A ship loses speed when it drifts or
+//! turns, to either side alike; the speed of a hull that differs above and below causes lift and a
+//! pitching moment. Sway, roll and yaw have no such terms: a hull is the same to port and
+//! starboard. Gertler and Hagen, Standard Equations of Motion for Submarine Simulation, NSRDC
+//! Report 2510 (1967); Abkowitz, Lectures on Ship Hydrodynamics, HyA Report Hy-5 (1964).
 
 use super::parameter::{drag, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// Where a hull that is the same to port and starboard has even terms.
+/// Places of the even terms of a hull that is the same to port and starboard.
 const PLACES: [(Dof, Dof); 6] = [
     (Dof::Surge, Dof::Sway),
     (Dof::Surge, Dof::Yaw),
@@ -24,7 +26,7 @@ const PLACES: [(Dof, Dof); 6] = [
     (Dof::Pitch, Dof::Surge),
 ];
 
-/// A force in proportion to the square of another velocity, that does not turn round with it.
+/// A force in proportion to the square of another velocity that does not change its sign with it.
 #[derive(Debug)]
 pub struct EvenDrag;
 

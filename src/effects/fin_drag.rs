@@ -1,4 +1,4 @@
-//! Drag of a rudder or a pair of stern planes that is turned out of the flow.
+//! Drag of a rudder or a pair of stern planes at an angle to the flow.
 //!
 //! ```text
 //! X = −k u |u| δ²          k = ½ ρ A C_D

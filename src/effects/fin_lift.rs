@@ -1,29 +1,30 @@
-//! Lift of a rudder or a pair of stern planes, by the inflow angle at the fin.
+//! Lift of a rudder or a pair of stern planes, by the angle of the flow at the fin.
 //!
 //! ```text
 //! rudder       Y = −k |u| (u δ + v + x r),      N =  x Y
 //! stern plane  Z = −k |u| (u δ + w − x q),      M = −x Z          k = ½ ρ A C_Lα
 //! ```
 //!
-//! δ: angle of the fin, rad, positive where it turns the vehicle to starboard (rudder) or its nose down (stern plane); x:
-//! place of the fin ahead of the origin, m, negative at the stern; A: area, m²; C_Lα: slope of its lift, 1/rad. (v + x r)/u
-//! is the angle at which the water meets the fin. Prestero, *Verification of a Six-Degree of Freedom Simulation Model for
-//! the REMUS Autonomous Underwater Vehicle*, MIT (2001), ch. 4.6; Fossen (2021), ch. 9.
+//! δ: angle of the fin, rad, positive where it turns the vehicle to starboard (rudder) or its nose
+//! down (stern plane); x: position of the fin ahead of the origin, m, negative at the stern; A:
+//! area, m²; C_Lα: slope of its lift, 1/rad. (v + x r)/u is the angle at which the water meets the
+//! fin. Prestero, *Verification of a Six-Degree of Freedom Simulation Model for the REMUS
+//! Autonomous Underwater Vehicle*, MIT (2001), ch. 4.6; Fossen (2021), ch. 9.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// No fin is farther from the origin, m: the longest ships have 460 m.
+/// Upper limit of the distance of a fin from the origin, m: the longest ships have 460 m.
 const FARTHEST: f64 = 500.0;
 
-/// A fin that is turned.
+/// A fin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fin {
-    /// It stands upright.
+    /// An upright fin.
     Rudder,
-    /// It lies flat.
+    /// A flat fin.
     SternPlane,
 }
 
@@ -36,7 +37,7 @@ impl Fin {
         }
     }
 
-    /// What it turns, and pushes across.
+    /// Degrees of freedom in which it turns and pushes the vehicle.
     pub const fn moves(self) -> [Dof; 2] {
         match self {
             Fin::Rudder => [Dof::Yaw, Dof::Sway],
@@ -69,7 +70,7 @@ impl Effect for FinLift {
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
         let name = self.0.channel();
         vec![
-            // a fin at rest is a drag against v + x r
+            // a fin at δ = 0 is a drag against v + x r
             ParameterSpec::linear(format!("k_{name}"), Dimension::new(1, -1, 0)).at_least(0.0),
             // at the stern
             ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -FARTHEST, FARTHEST).by_length(),

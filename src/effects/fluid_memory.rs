@@ -4,8 +4,9 @@
 //! wᵢ −= k z,      T ż = νᵢ − z
 //! ```
 //!
-//! k: kg/s (kg·m²/s), at least 0: a wake feeds no motion; T: time constant, s; z: filtered velocity. The simplest state-space form of Cummins' convolution
-//! (Cummins 1962; Fossen 2021, ch. 5).
+//! k: kg/s (kg·m²/s), at least 0: a wake feeds no energy to the motion; T: time constant, s; z:
+//! filtered velocity. The simplest state-space form of Cummins' convolution (Cummins 1962; Fossen
+//! 2021, ch. 5).
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
@@ -13,7 +14,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "fluid_memory";
 
 /// A drag that follows the speed with a delay: wake and radiation memory.

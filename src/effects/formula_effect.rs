@@ -1,10 +1,11 @@
-//! A user's own effect: a force or moment in proportion to a formula over states, commands, channels and time.
+//! A user's own effect: a force or moment in proportion to a formula of states, commands, channels
+//! and time.
 //!
 //! ```text
 //! wᵢ += k f(u, v, …, psi, tau_u, …, t, channels)
 //! ```
 //!
-//! k: the one parameter, in the unit that makes the product a force (N) or a moment (N·m).
+//! k: the only parameter, in the unit that makes the product a force (N) or a moment (N·m).
 
 use super::instant::is_channel;
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
@@ -22,7 +23,7 @@ pub struct FormulaEffect {
     unit: Dimension,
 }
 
-/// The places of [`FormulaEffect`], one list a degree of freedom.
+/// The places of [`FormulaEffect`], one list for each degree of freedom.
 const ONLY: [[Dof; 1]; 6] = [[Dof::Surge], [Dof::Sway], [Dof::Heave], [Dof::Roll], [Dof::Pitch], [Dof::Yaw]];
 
 impl FormulaEffect {

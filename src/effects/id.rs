@@ -1,7 +1,8 @@
-//! Ids of effects that other rooms ask for by name: each is written in this room alone, in the file of its effect.
+//! Ids of effects that other modules need by name. Each is defined only in the file of its effect.
 //!
-//! What an effect is in general (an inertia, a drag, a righting moment) is read off its formulas ([`crate::chain::nature`]); an
-//! id is for what is known of one effect alone: the masses of a stage, the columns of a table, a format that has a field for it.
+//! The kind of an effect (an inertia, a drag, a righting moment) is derived from its formulas
+//! ([`crate::chain::nature`]). An id is for what concerns one effect alone: the masses of a stage,
+//! the columns of a table, a format that has a field for it.
 
 use super::restoring_force::RestoringForce;
 use super::restoring_moment::RestoringMoment;
@@ -23,10 +24,10 @@ pub use super::thrust_interaction_loss::ID as THRUST_INTERACTION_LOSS;
 pub use super::thrust_lag::ID as THRUST_LAG;
 pub use super::trim_offset::ID as TRIM_OFFSET;
 
-/// The balance of one motion, (3) of Avila et al. (2013): what every model has.
+/// Effects of every model: the equation of one motion, (3) of Avila et al. (2013).
 pub const BALANCE: [&str; 3] = [INERTIA, LINEAR_DRAG, QUADRATIC_DRAG];
 
-/// Effects that are asked for most, in the order of the chain.
+/// Effects that are used most, in the order of the chain.
 pub const ASKED_FOR: [&str; 8] = [
     "coriolis_yaw",
     super::cubic_drag::ID,
@@ -38,13 +39,13 @@ pub const ASKED_FOR: [&str; 8] = [
     super::sensor_gyro_bias::ID,
 ];
 
-/// The row of −C(ν)ν in `dof`: `coriolis_yaw`.
+/// Id of the row of −C(ν)ν in `dof`: `coriolis_yaw`.
 pub fn coriolis(dof: Dof) -> String {
     CoriolisRow { row: dof, coriolis: Coriolis::Tied }.about().id.to_string()
 }
 
-/// What pulls a vehicle back in `dof`: `restoring_heave` is its net weight, `restoring_roll` its righting moment; no turn of
-/// the heading has one.
+/// Id of the restoring effect in `dof`: `restoring_heave` is the net weight, `restoring_roll` the
+/// righting moment; yaw has none.
 pub fn restoring(dof: Dof) -> Option<String> {
     match dof {
         Dof::Surge | Dof::Sway | Dof::Heave => Some(RestoringForce(dof).about().id.to_string()),
@@ -62,14 +63,14 @@ pub fn fins() -> [FinIds; 2] {
     })
 }
 
-/// What a campaign calls a fin.
+/// Ids and channel of a fin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FinIds {
     /// Channel of its angle, rad.
     pub channel: &'static str,
-    /// What it turns: yaw or pitch.
+    /// Degree of freedom in which it turns the vehicle: yaw or pitch.
     pub turns: Dof,
-    /// What it pushes across: sway or heave.
+    /// Degree of freedom in which it pushes the vehicle: sway or heave.
     pub across: Dof,
     /// Id of its lift.
     pub lift: String,

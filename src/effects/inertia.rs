@@ -4,7 +4,8 @@
 //! πᵢ = mᵢ νᵢ
 //! ```
 //!
-//! mᵢ: virtual mass, dry and added, kg (kg·m² in rotation). Avila et al. (2013), eq. 3; SNAME's −X_u̇ is its added part.
+//! mᵢ: virtual mass, dry and added, kg (kg·m² in rotation). Avila et al. (2013), eq. 3; SNAME's
+//! −X_u̇ is its added part.
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
@@ -12,7 +13,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "inertia";
 
 /// Virtual mass: what accelerates with the vehicle, dry mass and added mass.

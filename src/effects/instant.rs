@@ -1,4 +1,4 @@
-//! The symbols that a formula may read: one instant of the chain.
+//! The symbols that a formula may read: the quantities at one instant of the chain.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use crate::frame::Dof;
 use crate::symbolic::{Expr, Graph};
 use crate::units::Dimension;
 
-/// Six formulas, one a degree of freedom, in the order of ν.
+/// Six formulas, one for each degree of freedom, in the order of ν.
 pub type Six<'g> = [Expr<'g>; 6];
 
 /// Names of channels that are derived from a run rather than logged.
@@ -36,13 +36,13 @@ pub struct Instant<'g> {
     pub nu: Six<'g>,
     /// ν_r: velocity through the water, m/s and rad/s; ν where no current is modelled.
     pub nu_r: Six<'g>,
-    /// What the log's velocities are of: ν_r where they are measured against the water, else ν.
+    /// Velocity that the log measures: ν_r if against the water, else ν.
     pub nu_logged: Six<'g>,
     /// Position north, east, down, m.
     pub position: [Expr<'g>; 3],
     /// φ, θ, ψ, rad.
     pub attitude: [Expr<'g>; 3],
-    /// R where the attitude is carried by other than angles.
+    /// R if the attitude is described by something other than angles.
     pub turned: Option<[[Expr<'g>; 3]; 3]>,
     /// τ: nominal force, as commanded, N and N·m.
     pub command: Six<'g>,
@@ -57,12 +57,13 @@ pub struct Instant<'g> {
 }
 
 impl<'g> Instant<'g> {
-    /// A channel that the effect has declared; 0 when it did not declare it.
+    /// A channel that the effect has declared; 0 if it has not declared it.
     pub fn channel(&self, name: &str) -> Expr<'g> {
         self.channels.get(name).copied().unwrap_or(self.graph.zero())
     }
 
-    /// What a name in a user's formula means: a state, a command, the time `t`, else a declared channel.
+    /// The symbol of a name in a user's formula: a state, a command, the time `t`, else a declared
+    /// channel.
     pub fn named(&self, name: &str) -> Expr<'g> {
         let of = |dof: Dof| {
             let i = dof.index();
@@ -93,7 +94,7 @@ impl<'g> Instant<'g> {
         std::array::from_fn(|i| r[0][i] * x[0] + r[1][i] * x[1] + r[2][i] * x[2])
     }
 
-    /// A vector of body axes in earth axes, R x. A model that moves in the plane is level.
+    /// A vector of body axes in earth axes, R x. A planar model is taken as level.
     pub fn to_earth(&self, x: [Expr<'g>; 3]) -> [Expr<'g>; 3] {
         let zero = self.graph.zero();
         let attitude = if self.is_planar() { [zero, zero, self.attitude[2]] } else { self.attitude };
@@ -101,19 +102,20 @@ impl<'g> Instant<'g> {
         std::array::from_fn(|i| r[i][0] * x[0] + r[i][1] * x[1] + r[i][2] * x[2])
     }
 
-    /// Velocity over ground, north, east and down, R (u, v, w). A model that moves in the plane sinks only where it models heave.
+    /// Velocity over ground, north, east and down, R (u, v, w). A planar model has a vertical
+    /// velocity only if it models heave.
     pub fn over_ground(&self) -> [Expr<'g>; 3] {
         let [u, v, w, ..] = self.nu;
         let sinks = !self.is_planar() || self.models(Dof::Heave);
         self.to_earth([u, v, if sinks { w } else { self.graph.zero() }])
     }
 
-    /// Places in ν of the turn rates that the model simulates.
+    /// Indices in ν of the turn rates that the model simulates.
     pub fn rotations(&self) -> impl Iterator<Item = usize> {
         self.dofs.iter().filter(|dof| dof.is_rotation()).map(|dof| dof.index())
     }
 
-    /// Places in ν of the velocities, but no turn rates, that the model simulates.
+    /// Indices in ν of the velocities that the model simulates, without the turn rates.
     pub fn translations(&self) -> impl Iterator<Item = usize> {
         self.dofs.iter().filter(|dof| !dof.is_rotation()).map(|dof| dof.index())
     }
@@ -149,7 +151,7 @@ pub(super) fn is_channel(name: &str) -> bool {
     name != "t" && !Dof::ALL.iter().any(known)
 }
 
-/// What the sensors say at an instant.
+/// The values that the sensors log at an instant.
 #[derive(Debug, Clone)]
 pub struct Logged<'g> {
     /// Velocities and rates, m/s and rad/s.
@@ -161,7 +163,7 @@ pub struct Logged<'g> {
 }
 
 impl<'g> Logged<'g> {
-    /// So much of this, `share`, and the rest of `other`.
+    /// The blend of `share` of this and 1 − `share` of `other`.
     pub(crate) fn blended(&self, other: &Logged<'g>, share: Expr<'g>) -> Logged<'g> {
         let mixed = |own: Expr<'g>, other: Expr<'g>| other + share * (own - other);
         Logged {

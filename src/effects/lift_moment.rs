@@ -1,20 +1,21 @@
-//! Lift of the hull at an angle to the flow, as far as it turns the vehicle beside the Munk moment.
+//! Moment of the hull's lift at an angle to the flow, in addition to the Munk moment.
 //!
 //! ```text
 //! yaw  N −= k u v        pitch  M −= k u w        k = −N_uv, −M_uw beyond the rows of −C(ν)ν
 //! ```
 //!
-//! k: kg. Fins and the tail of a hull take lift where the Munk moment of an ideal fluid knows none: a torpedo with fins is
-//! stable because of it, a blunt hull shows less than m_v − m_u. Beside a Coriolis row with a coefficient of its own it is that
-//! coefficient. The force of the same lift is a drag that grows with the speed (`mixed_drag@sway:surge`). Prestero, MIT (2001),
-//! ch. 4.5; Fossen (2021), ch. 6.
+//! k: kg. Fins and the tail of a hull have lift, which the ideal fluid of the Munk moment lacks: a
+//! torpedo with fins is stable because of it, a blunt hull shows less than m_v − m_u. Beside a
+//! Coriolis row with a coefficient of its own it is the same regressor as that coefficient. The
+//! force of the same lift is a drag that grows with the speed (`mixed_drag@sway:surge`). Prestero,
+//! MIT (2001), ch. 4.5; Fossen (2021), ch. 6.
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// The moments, and the motion across the hull that makes them.
+/// Each moment with the motion across the hull that causes it.
 const PLACES: [(Dof, Dof); 2] = [(Dof::Pitch, Dof::Heave), (Dof::Yaw, Dof::Sway)];
 
 /// The moment of the lift of the hull.

@@ -11,7 +11,7 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "linear_drag";
 
 /// Drag in proportion to the speed.

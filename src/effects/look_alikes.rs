@@ -1,12 +1,12 @@
-//! Effects that a log often cannot tell apart, and the run that can.
+//! Effects that a log often cannot tell apart, and the run that separates them.
 
-/// The run that tells `id` from one of `others`; `None` where none is known.
+/// The run that separates `id` from one of `others`; `None` if none is known.
 pub fn separating(id: &str, others: &[&str]) -> Option<&'static str> {
     let separates = |ids: &[&str]| ids.contains(&id) && others.iter().any(|other| ids.contains(other));
     LOOK_ALIKES.iter().find(|(ids, _)| separates(ids)).map(|(_, run)| *run)
 }
 
-/// The ids, and the run.
+/// Ids of effects, and the run that separates them.
 const LOOK_ALIKES: &[(&[&str], &str)] = &[
     (
         &["linear_drag", "quadratic_drag", "cubic_drag", "mixed_drag"],

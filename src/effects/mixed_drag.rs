@@ -1,16 +1,17 @@
-//! Drag that another motion raises.
+//! Drag that grows with the speed of another motion.
 //!
 //! ```text
 //! wᵢ −= d |νⱼ| νᵢ
 //! ```
 //!
-//! d in the unit that makes the product a force or moment. Abkowitz, Lectures on Ship Hydrodynamics, HyA Report Hy-5 (1964).
+//! d in the unit that makes the product a force or moment. Abkowitz, Lectures on Ship
+//! Hydrodynamics, HyA Report Hy-5 (1964).
 
 use super::parameter::{drag, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "mixed_drag";
 
 /// Drag in one direction that grows with the speed in another.

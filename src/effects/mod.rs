@@ -1,14 +1,17 @@
-//! The catalogue of effects: everything that may happen on the chain command → actuator → body → sensor → log.
+//! The catalogue of effects on the chain command → actuator → body → sensor → log.
 //!
-//! In one degree of freedom i, with the momentum π and the wrench w that the effects of the model add up to,
+//! The equation of motion in one degree of freedom i, with the momentum π and the wrench w, the
+//! sums over the effects of the model, is
 //!
 //! ```text
-//! dπᵢ/dt = wᵢ + τᵢ          πᵢ = Σ θ pᵢ(ν),   wᵢ = Σ θ wᵢ(ν, η, …),   τ = what the actuators make of the command
+//! dπᵢ/dt = wᵢ + τᵢ          πᵢ = Σ θ pᵢ(ν),   wᵢ = Σ θ wᵢ(ν, η, …)
+//!                           τ: force of the actuators under the command
 //! ```
 //!
-//! An effect is one file: its formula, its parameters with their units, its source. It is written once, as formulas
-//! on the symbols of an [`Instant`]; the regressor integrates it, the simulator applies it, the discovery tries it.
-//! A new effect is a new file here and one word in [`catalogue`].
+//! An effect is one file with its formula, its parameters with their units, and its source. It is
+//! written once, as formulas on the symbols of an [`Instant`]; the regressor integrates it, the
+//! simulator applies it, the discovery tries it. A new effect is a new file here and one line in
+//! [`catalogue`].
 
 mod added_mass_amplitude;
 mod added_mass_coupling;
@@ -98,13 +101,14 @@ pub use thruster_swap::ThrusterSwap;
 
 use crate::frame::Dof;
 
-/// What a gyro behind a low pass does to the turn rates.
+/// The effect of a gyro behind a low pass on the turn rates.
 pub fn gyro_lag() -> Arc<dyn Effect> {
     Arc::new(sensor_gyro_lag::SensorGyroLag)
 }
 
-/// The list of all effects, in the order of the chain: body, actuator, environment, sensor. `coriolis` says whether
-/// the Coriolis terms take their coefficients from the inertias or have their own.
+/// The list of all effects, in the order of the chain: body, actuator, environment, sensor.
+/// `coriolis` says whether the Coriolis terms take their coefficients from the inertias or have
+/// their own.
 pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
     let mut list: Vec<Arc<dyn Effect>> = vec![
         Arc::new(inertia::Inertia),

@@ -1,4 +1,5 @@
-//! The name of an effect as a user writes it: `id`, `id@dof` or `id@dof:other`; of single thrusters `id@T6`, `id@T2:T5`.
+//! The name of an effect as a user writes it: `id`, `id@dof` or `id@dof:other`; of single thrusters
+//! `id@T6`, `id@T2:T5`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,17 +14,17 @@ use crate::nearest::nearest;
 /// The name of an effect, split into its parts. A plain `id` means every place where the effect applies.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EffectName {
-    /// Id, as in the catalogue or as a user named an effect of his own: letters, digits and `_`.
+    /// Id, as in the catalogue or of a user's own effect: letters, digits and `_`.
     pub id: String,
     /// Degree of freedom in whose balance it stands.
     pub dof: Option<Dof>,
-    /// The other degree of freedom of a coupling; only ever there with `dof`.
+    /// The other degree of freedom of a coupling; present only with `dof`.
     pub other: Option<Dof>,
     /// Thrusters of an effect of single thrusters, as the campaign calls them.
     pub thrusters: Vec<String>,
 }
 
-/// Effects of single thrusters, and of how many each is.
+/// Effects of single thrusters, each with its number of thrusters.
 const OF_THRUSTERS: [(&str, usize); 2] = [(ThrusterLoss::ID, 1), (ThrusterSwap::ID, 2)];
 
 /// A text that names no effect.
@@ -40,9 +41,9 @@ pub enum EffectNameError {
     UnknownDof {
         /// The whole text.
         text: String,
-        /// The part that was to be a degree of freedom.
+        /// The part that should be a degree of freedom.
         dof: String,
-        /// The nearest that is one.
+        /// The degree of freedom with the nearest name.
         nearest: Option<Dof>,
     },
     /// A coupling of a degree of freedom with itself.
@@ -51,12 +52,12 @@ pub enum EffectNameError {
         /// The whole text.
         text: String,
     },
-    /// Too many or too few thrusters.
+    /// Wrong number of thrusters.
     #[error("{text:?}: it is written with {}, as [[thruster]] tables name them", if *count == 1 { "one thruster, `@T6`" } else { "two thrusters, `@T2:T5`" })]
     Thrusters {
         /// The whole text.
         text: String,
-        /// How many it takes.
+        /// The right number.
         count: usize,
     },
 }
@@ -71,12 +72,12 @@ impl EffectName {
         Place { dof: self.dof, other: self.other }
     }
 
-    /// The degrees of freedom it names, none, one or two.
+    /// The degrees of freedom that it names: none, one or two.
     pub fn dofs(&self) -> impl Iterator<Item = Dof> {
         self.dof.into_iter().chain(self.other)
     }
 
-    /// Whether two names mean, at one place at least, the same effect.
+    /// Whether two names mean the same effect in at least one place.
     pub fn overlaps(&self, other: &EffectName) -> bool {
         let sorted = |name: &EffectName| {
             let mut names = name.thrusters.clone();
@@ -143,7 +144,8 @@ impl Serialize for EffectName {
 
 impl<'de> Deserialize<'de> for EffectName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<EffectName, D::Error> {
-        // A visitor, not `String` and then parse: so the reader of the file knows where the text stood.
+        // A visitor instead of `String` and parse: so the reader of the file knows the position of
+        // the text.
         struct Name;
         impl Visitor<'_> for Name {
             type Value = EffectName;

@@ -4,7 +4,7 @@
 //! y = h(ν, η, τ, …, t, channels)
 //! ```
 //!
-//! The model predicts it, and output error compares it with the log as it does a velocity.
+//! The model predicts it, and output error compares the prediction with the log, as for a velocity.
 
 use super::Instant;
 use super::instant::is_channel;
@@ -39,7 +39,7 @@ impl Observer {
         self.formula.names().into_iter().filter(|name| is_channel(name)).map(str::to_string).collect()
     }
 
-    /// What the channel says at an instant.
+    /// The formula of the channel's value at an instant.
     pub fn express<'g>(&self, at: &Instant<'g>) -> Expr<'g> {
         self.formula.lower(at.graph, &|name| at.named(name))
     }

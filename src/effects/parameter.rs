@@ -1,4 +1,4 @@
-//! Parameters of effects: name, unit, how they enter, and where a search for them starts.
+//! Parameters of effects: name, unit, how they enter, and the start of a search for them.
 
 use crate::frame::Dof;
 use crate::units::Dimension;
@@ -20,18 +20,18 @@ pub enum ParameterKind {
     },
 }
 
-/// What the grid of a shape parameter is counted in.
+/// Unit of the grid of a shape parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GridUnit {
     /// The parameter's own unit.
     Own,
     /// The greatest command of the campaign.
     GreatestCommand,
-    /// The length of the vehicle; metres where it is not known.
+    /// The length of the vehicle; metres if it is not known.
     Length,
 }
 
-/// What is known of a parameter before any data.
+/// Specification of a parameter: what is known of it before any data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterSpec {
     /// Symbol, as in `k_u|u|`.
@@ -44,18 +44,19 @@ pub struct ParameterSpec {
     pub neutral: f64,
     /// SNAME's name of the same quantity (`X_u|u|`), whose value has the opposite sign.
     pub sname: Option<String>,
-    /// Parameters of several terms with the same key are one (the net weight of surge, sway and heave).
+    /// Key of a shared parameter: those of several terms with the same key are one (the net weight
+    /// of surge, sway and heave).
     pub shared: Option<&'static str>,
-    /// What the grid of a shape parameter is counted in.
+    /// Unit of the grid of a shape parameter.
     pub grid_in: GridUnit,
     /// Whether each run has its own value (the phase of a wave).
     pub per_run: bool,
-    /// Smallest value that physics allows to a linear parameter.
+    /// Smallest value of a linear parameter that physics allows.
     pub least: f64,
 }
 
 impl ParameterSpec {
-    /// A linear parameter that is absent at 0.
+    /// A linear parameter whose neutral value is 0.
     pub fn linear(name: impl Into<String>, dimension: Dimension) -> ParameterSpec {
         ParameterSpec {
             name: name.into(),
@@ -76,40 +77,41 @@ impl ParameterSpec {
         ParameterSpec { kind, ..ParameterSpec::linear(name, dimension) }
     }
 
-    /// With SNAME's name.
+    /// Sets SNAME's name.
     pub fn sname(self, sname: impl Into<String>) -> ParameterSpec {
         ParameterSpec { sname: Some(sname.into()), ..self }
     }
 
-    /// Absent at this value instead of 0.
+    /// Sets the value at which the effect is absent; the default is 0.
     pub fn neutral(self, neutral: f64) -> ParameterSpec {
         ParameterSpec { neutral, ..self }
     }
 
-    /// One with the parameters of other terms that bear this key.
+    /// Shares the parameter with those of other terms that have this key.
     pub fn shared(self, key: &'static str) -> ParameterSpec {
         ParameterSpec { shared: Some(key), ..self }
     }
 
-    /// With a grid in units of the greatest command.
+    /// Sets the unit of the grid to the greatest command.
     pub fn relative(self) -> ParameterSpec {
         ParameterSpec { grid_in: GridUnit::GreatestCommand, ..self }
     }
 
-    /// With a grid in units of the vehicle's length.
+    /// Sets the unit of the grid to the vehicle's length.
     pub fn by_length(self) -> ParameterSpec {
         ParameterSpec { grid_in: GridUnit::Length, ..self }
     }
 
-    /// With a value of its own in every run.
+    /// Gives the parameter a value of its own in every run.
     pub fn per_run(self) -> ParameterSpec {
         ParameterSpec { per_run: true, ..self }
     }
 
-    /// Smallest virtual mass or moment of inertia: above 0, and below that of anything that is driven, kg and kg·m².
+    /// Lower limit of a virtual mass or moment of inertia, kg and kg·m²: above 0, and below that of
+    /// any vehicle.
     pub const LEAST_INERTIA: f64 = 1e-6;
 
-    /// With a smallest value: less would feed energy to the motion.
+    /// Sets a lower limit, below which the parameter would feed energy to the motion.
     pub fn at_least(self, least: f64) -> ParameterSpec {
         ParameterSpec { least, ..self }
     }
@@ -130,7 +132,8 @@ pub(super) fn velocity(dof: Dof) -> Dimension {
     if dof.is_rotation() { Dimension::RATE } else { Dimension::VELOCITY }
 }
 
-/// A drag coefficient in `dof`: name `k_<term>`, SNAME `X_<term>`, unit that makes `coefficient · product` a force.
+/// A drag coefficient in `dof`: name `k_<term>`, SNAME `X_<term>`, unit that makes
+/// `coefficient · product` a force.
 pub(super) fn drag(dof: Dof, term: &str, product: Dimension) -> ParameterSpec {
     let spec = ParameterSpec::linear(format!("k_{term}"), force(dof).over(product));
     spec.sname(format!("{}_{term}", dof.sname()))

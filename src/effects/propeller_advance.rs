@@ -4,15 +4,16 @@
 //! T = ρ D⁴ n|n| K_T(J),   K_T(J) = K₀ − K₁ J,   J = u/(n D)      →      X −= k |n| u,   k = ρ D³ K₁
 //! ```
 //!
-//! n: turns of the propeller in the unit of the column `propeller_n`. The part at rest, ρ D⁴ K₀ n|n|, is the curve of the
-//! thruster. Lewis (ed.), *Principles of Naval Architecture* II (1988), ch. VI; Fossen (2021), ch. 9.
+//! n: turns of the propeller in the unit of the column `propeller_n`. The part at rest,
+//! ρ D⁴ K₀ n|n|, is the curve of the thruster. Lewis (ed.), *Principles of Naval Architecture* II
+//! (1988), ch. VI; Fossen (2021), ch. 9.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "propeller_advance";
 
 /// Column with the turns of the propeller.

@@ -1,12 +1,12 @@
-//! The catalogue searched by words: ids, common names and meanings.
+//! Search of the catalogue by words: ids, common names and meanings.
 
 use std::sync::Arc;
 
 use super::{Effect, common_name};
 use crate::nearest::nearest;
 
-/// The effects of `all` that hold every word of `text` in their id, common name or meaning. Capitals do not count, and
-/// `_` and `-` are spaces.
+/// The effects of `all` that contain every word of `text` in id, common name or meaning. Case does
+/// not matter, and `_` and `-` are spaces.
 pub fn search<'e>(all: &'e [Arc<dyn Effect>], text: &str) -> Vec<&'e dyn Effect> {
     let text = plain(text);
     let wanted: Vec<&str> = text.split_whitespace().collect();
@@ -17,8 +17,8 @@ pub fn search<'e>(all: &'e [Arc<dyn Effect>], text: &str) -> Vec<&'e dyn Effect>
     all.iter().filter(holds).map(AsRef::as_ref).collect()
 }
 
-/// `text` with each word that nothing in the catalogue holds replaced by the nearest one there: `munc` becomes `munk`.
-/// `None` where a word is near to none, or nothing holds them all together.
+/// `text` with each unknown word replaced by the nearest word of the catalogue: `munc` becomes
+/// `munk`. `None` if an unknown word has no near one, or no effect contains all words.
 pub fn meant(all: &[Arc<dyn Effect>], text: &str) -> Option<String> {
     let catalogue: Vec<String> = all.iter().map(|effect| words_of(effect.as_ref())).collect();
     let known = |word: &str| catalogue.iter().any(|told| told.contains(word));
@@ -31,7 +31,7 @@ pub fn meant(all: &[Arc<dyn Effect>], text: &str) -> Option<String> {
     words.map(|words| words.join(" ")).filter(|words| !search(all, words).is_empty())
 }
 
-/// What is searched of an effect.
+/// The text of an effect that is searched.
 fn words_of(effect: &dyn Effect) -> String {
     let about = effect.about();
     plain(&format!("{} {} {}", about.id, common_name(about.id), about.meaning))

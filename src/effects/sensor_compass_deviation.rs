@@ -1,10 +1,10 @@
-//! Deviation of the compass, by heading.
+//! Deviation of the compass, a function of the heading.
 //!
 //! ```text
 //! ψ_log = ψ + a cos ψ + b sin ψ + c
 //! ```
 //!
-//! a, b, c: rad. Hard iron on board.
+//! a, b, c: rad. Cause: hard iron on board.
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope};
 use crate::frame::Dof;

@@ -1,4 +1,4 @@
-//! A compass that the thrusters' currents disturb.
+//! Disturbance of the compass by the thrusters' currents.
 //!
 //! ```text
 //! ψ_log = ψ + a Σ|τᵢ|

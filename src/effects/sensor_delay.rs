@@ -1,16 +1,16 @@
-//! Navigation that comes late.
+//! A delay of all navigation channels.
 //!
 //! ```text
 //! x_log(t) = x(t − T)   in every navigation channel
 //! ```
 //!
-//! T: s. A shift of all measurements against the commands is the same thing as a shift of the commands by −T: it is
-//! written as a delay of the command, and no data can tell the two apart.
+//! T: s. A shift of all measurements against the commands is the same as a shift of the commands by
+//! −T: it is written as a delay of the command, and no data can tell the two apart.
 
 use super::{About, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "sensor_delay";
 
 /// Navigation that is logged late.

@@ -1,12 +1,13 @@
-//! A DVL that comes late.
+//! A delay of the DVL.
 //!
 //! ```text
 //! (u, v, w)_log(t) = (u, v, w)(t − T)
 //! ```
 //!
-//! T: s. A ping takes its time, and its report is stamped when it arrives. Beside a gyro that is in time it is told from a
-//! delay of the commands, which all sensors show. Padé's approximation of e^(−sT) of order (1, 1), whose amplitude is exact
-//! and whose phase at a motion of ω is off by (ωT)³/12, a fiftieth of a degree for 0.2 s at periods of 8 s:
+//! T: s. A ping takes time, and its report is stamped when it arrives. A gyro without delay
+//! separates it from a delay of the commands, which all sensors show. It is modelled by Padé's
+//! approximation of e^(−sT) of order (1, 1): the amplitude is exact, and the phase error at the
+//! angular frequency ω is (ωT)³/12, a fiftieth of a degree for 0.2 s at a period of 8 s:
 //!
 //! ```text
 //! ν_log = 2 z − ν,    (T/2) ż = ν − z

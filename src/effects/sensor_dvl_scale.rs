@@ -4,7 +4,7 @@
 //! (u, v, w)_log = (1 + s) (u, v, w)
 //! ```
 //!
-//! s: 1. A wrong speed of sound.
+//! s: 1. Cause: a wrong speed of sound.
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope};
 use crate::frame::Dof;

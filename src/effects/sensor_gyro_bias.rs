@@ -11,7 +11,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "sensor_gyro_bias";
 
 /// A constant error of the yaw rate.

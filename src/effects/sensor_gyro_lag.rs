@@ -4,8 +4,8 @@
 //! T ω̇_log + ω_log = ω,    ω = (p, q, r)
 //! ```
 //!
-//! T: s. Navigation units smooth the turn rates that they report. Beside a DVL it is told from a lag of the thrusters, which
-//! all sensors show.
+//! T: s. Navigation units smooth the turn rates that they report. A DVL separates this lag from one
+//! of the thrusters, which all sensors show.
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;

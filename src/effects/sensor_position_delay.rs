@@ -1,12 +1,13 @@
-//! A position that comes late.
+//! A delay of the position.
 //!
 //! ```text
 //! (x, y)_log(t) = (x, y)(t − T)
 //! ```
 //!
-//! T: s. An acoustic fix has travelled to the ship and back before it is logged, and a GPS computes. It needs a position that
-//! is measured apart from the velocities: one that was integrated from them is as late as they are. With the velocity over
-//! ground ẋ known, Padé's approximation of e^(−sT) of order (2, 2) is, its phase off by (ωT)⁵/720,
+//! T: s. An acoustic fix travels to the ship and back before it is logged, and a GPS receiver
+//! computes. The position must be measured independently of the velocities: one that is integrated
+//! from them is as late as they are. With the velocity over ground ẋ known, the delay is modelled by
+//! Padé's approximation of e^(−sT) of order (2, 2), whose phase error is (ωT)⁵/720:
 //!
 //! ```text
 //! x_log = x − T c,    T ė = ẋ − c,    T ċ = 12 e − 6 c            c = ẋ and e = ẋ/2 in steady motion

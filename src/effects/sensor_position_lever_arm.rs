@@ -4,8 +4,9 @@
 //! (x, y)_log = (x, y) + R (x_pos, y_pos, 0)
 //! ```
 //!
-//! x_pos, y_pos: place of the antenna or the beacon in body axes, m. It swings about the origin as the vehicle turns; what
-//! velocities are measured beside it, or what the forces make of the motion, tells where the origin is.
+//! x_pos, y_pos: place of the antenna or the beacon in body axes, m. It swings about the origin as
+//! the vehicle turns; measured velocities, or the motion that follows from the forces, show where
+//! the origin is.
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope};
 use crate::frame::Dof;

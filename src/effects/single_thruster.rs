@@ -1,25 +1,28 @@
-//! A thruster as the effects of single thrusters see it.
+//! A single thruster, for the effects of single thrusters.
 //!
 //! ```text
-//! w_T = b_T F_T          b_T: what 1 N of thruster T gives, η_inter in it;  F_T: its force as commanded, η_adv in it
+//! w_T = b_T F_T          b_T: wrench of 1 N of thruster T, with η_inter;
+//!                        F_T: its force as commanded, with η_adv
 //! ```
 //!
-//! The effects of the catalogue stand in degrees of freedom; those of single thrusters are made for a vehicle whose
-//! thrusters are described, one effect a thruster, and have its name in their id: `thruster_loss@T6`.
+//! Other effects of the catalogue stand in degrees of freedom. Those of single thrusters are made
+//! for a vehicle whose thrusters are described, and have the thruster's name in their id:
+//! `thruster_loss@T6`.
 
 use super::{Instant, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// One thruster: its name, the channel with its force, and what a newton of it gives.
+/// A thruster: its name, the channel with its force, and the wrench of one newton.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SingleThruster {
     /// Name, as the campaign calls it.
     pub name: String,
     /// Channel of its force, N.
     pub channel: String,
-    /// (s, p × s): what 1 N along its axis s, at its place p, gives where nothing is lost; 1 in translation, m in rotation.
+    /// (s, p × s): wrench of 1 N along its axis s at its place p, without losses; 1 in translation,
+    /// m in rotation.
     pub unit_wrench: [f64; 6],
     /// Wrench of 1 N at the body origin: 1 in translation, m in rotation; 0 where it gives nothing.
     pub wrench: [f64; 6],

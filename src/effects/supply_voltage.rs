@@ -4,7 +4,8 @@
 //! τ → τ (V/V_ref)ⁿ
 //! ```
 //!
-//! n: 1; V_ref: mean supply voltage of the campaign, V. Propeller thrust goes with the square of the speed, that with the voltage.
+//! n: 1; V_ref: mean supply voltage of the campaign, V. Thrust grows with the square of the
+//! propeller's speed, which grows with the voltage.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six, channel};
 use crate::symbolic::Expr;

@@ -1,4 +1,4 @@
-//! Drag of the tether that is paid out.
+//! Drag of the tether that has been paid out.
 //!
 //! ```text
 //! wᵢ −= k z νᵢ |νᵢ|

@@ -1,18 +1,19 @@
-//! A tether that pulls back to where the run began.
+//! A tether that pulls the vehicle back to its anchor.
 //!
 //! ```text
 //! (X, Y, Z) −= k Rᵀ(φ, θ, ψ) (x − x_a, y − y_a, 0)
 //! ```
 //!
-//! k: N/m; (x_a, y_a): anchor, the position at the start of the run unless given, m. The anchor stands on the
-//! ground: in water that moves the pull is not the same seen from the ground and from the water.
+//! k: N/m; (x_a, y_a): anchor, the position at the start of the run unless given, m. The anchor
+//! stands on the ground: in moving water the pull is not the same seen from the ground and from the
+//! water.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six, channel};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "tether_spring";
 
 /// A tether that pulls back to its anchor.

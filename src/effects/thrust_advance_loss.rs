@@ -12,7 +12,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "thrust_advance_loss";
 
 /// A loss of thrust in proportion to the speed.

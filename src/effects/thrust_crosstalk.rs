@@ -4,7 +4,7 @@
 //! τᵢ += k τⱼ
 //! ```
 //!
-//! k: 1, m or 1/m. Thrusters that are not where, or do not point where, the allocation believes.
+//! k: 1, m or 1/m. Cause: thrusters whose places or directions differ from those of the allocation.
 
 use super::parameter::force;
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};

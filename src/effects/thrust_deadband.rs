@@ -4,7 +4,7 @@
 //! τᵢ → sign(τᵢ) max(|τᵢ| − c, 0)
 //! ```
 //!
-//! c: N (N·m). Motor drivers and stuck propellers.
+//! c: N (N·m). Causes: motor drivers and stuck propellers.
 
 use super::parameter::force;
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};

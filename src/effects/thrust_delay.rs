@@ -1,16 +1,16 @@
-//! Thrust that comes late, by the same time in every degree of freedom.
+//! A delay of the thrust, the same in every degree of freedom.
 //!
 //! ```text
 //! τ(t) → τ(t − T)
 //! ```
 //!
-//! T: s. A bus, a logger, a controller's period. A delay of all sensors, or an offset of the clock of the commands, is
-//! the same thing to any data.
+//! T: s. Causes: a bus, a logger, a controller's period. No data can tell it from a delay of all
+//! sensors, or from an offset of the clock of the commands.
 
 use super::{About, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "thrust_delay";
 
 /// A dead time between command and thrust.

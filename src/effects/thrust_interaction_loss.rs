@@ -1,17 +1,18 @@
-//! A constant loss of thrust by interaction with hull and other thrusters.
+//! A constant loss of thrust by interaction with the hull and other thrusters.
 //!
 //! ```text
 //! τᵢ → η τᵢ
 //! ```
 //!
-//! η: 1. Any wrong scale of thrust looks like this; a negative η is a wrong sign. Avila et al. (2013), eq. 16 and Table 2.
+//! η: 1. Any wrong scale of the thrust looks the same; a negative η means a wrong sign. Avila et
+//! al. (2013), eq. 16 and Table 2.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "thrust_interaction_loss";
 
 /// A wrong scale of the thrust.

@@ -10,7 +10,7 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "thrust_lag";
 
 /// A lag of first order between command and thrust.

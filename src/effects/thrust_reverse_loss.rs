@@ -1,4 +1,4 @@
-//! A thruster that pushes less astern.
+//! A loss of thrust astern.
 //!
 //! ```text
 //! τᵢ → (1 − k) τᵢ   where τᵢ < 0

@@ -1,4 +1,4 @@
-//! A command that is larger than what the thrusters can give.
+//! A command that exceeds the greatest thrust.
 //!
 //! ```text
 //! τᵢ → min(max(τᵢ, −c), c)

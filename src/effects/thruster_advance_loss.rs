@@ -1,18 +1,19 @@
-//! Thrust of every thruster that falls with the speed of the water along its own axis.
+//! A loss of thrust of every thruster with the speed of the water along its own axis.
 //!
 //! ```text
 //! τ → τ − k Σ_T b_T F_T |s_T · (v + ω × p_T)|
 //! ```
 //!
-//! k: s/m (s), one for all; b_T, F_T: [`super::SingleThruster`]; s_T, p_T: axis and place of thruster T. Avila et al. (2013),
-//! eq. 17. Port and starboard thrusters lose of their turning moment what the vehicle runs ahead, which no loss by
-//! degrees of freedom ([`super::thrust_advance_loss`]) tells.
+//! k: s/m (s), the same for all; b_T, F_T: [`super::SingleThruster`]; s_T, p_T: axis and place of
+//! thruster T. Avila et al. (2013), eq. 17. Port and starboard thrusters lose turning moment when
+//! the vehicle moves ahead, which a loss by degree of freedom ([`super::thrust_advance_loss`]) does
+//! not describe.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, SingleThruster, Six};
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "thruster_advance_loss";
 
 /// The loss of all thrusters of a vehicle in proportion to the speed along their axes.
@@ -22,7 +23,7 @@ pub struct ThrusterAdvanceLoss {
 }
 
 impl ThrusterAdvanceLoss {
-    /// Of these, which are all that the vehicle has.
+    /// The effect for these thrusters, all that the vehicle has.
     pub fn of(thrusters: Vec<SingleThruster>) -> ThrusterAdvanceLoss {
         ThrusterAdvanceLoss { thrusters }
     }
@@ -67,7 +68,8 @@ mod tests {
     use crate::model::Model;
     use crate::symbolic::{Graph, Leaf};
 
-    /// Ahead at 2 m/s and turning at 0.5 rad/s, a thruster a metre to port advances at 1.5 m/s, one to starboard at 2.5.
+    /// At 2 m/s ahead and 0.5 rad/s, a thruster one metre to port advances at 2.5 m/s, one to
+    /// starboard at 1.5 m/s.
     #[test]
     fn each_thruster_loses_by_its_own_speed() {
         let side = |name: &str, y: f64| {

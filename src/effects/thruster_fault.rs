@@ -4,7 +4,7 @@
 //! τᵢ → (1 − k) τᵢ   from t₀ on
 //! ```
 //!
-//! k: 1; t₀: time of the run, s. The edge is as wide as a tenth of a second, so that t₀ can be refined.
+//! k: 1; t₀: time of the run, s. The edge is a tenth of a second wide, so that t₀ can be refined.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;

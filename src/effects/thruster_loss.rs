@@ -10,7 +10,7 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, SingleT
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// A share of one thruster's force that is missing, all along.
+/// The constant loss of a share of one thruster's force.
 #[derive(Debug)]
 pub struct ThrusterLoss {
     id: String,
@@ -26,7 +26,7 @@ impl ThrusterLoss {
         ThrusterLoss { id: format!("{}@{}", ThrusterLoss::ID, thruster.name), thruster }
     }
 
-    /// As the catalogue lists it.
+    /// The effect without a thruster, as the catalogue lists it.
     pub(super) fn of_none() -> ThrusterLoss {
         ThrusterLoss { id: ThrusterLoss::ID.into(), thruster: SingleThruster::default() }
     }
@@ -73,7 +73,8 @@ mod tests {
         SingleThruster { name: name.into(), channel: format!("F_{name}"), unit_wrench: wrench, wrench }
     }
 
-    /// τ of surge and yaw with T and U at 3 and 5 N, U half a metre to port, and with effects added; `late` s of delay.
+    /// τ of surge and yaw with T and U at 3 and 5 N, U half a metre to port, and with effects
+    /// added; `late`: whether the command is delayed.
     fn force(effects: Vec<Arc<dyn Effect>>, k: f64, late: bool) -> [f64; 2] {
         let mut model = Model::with_effects(&[Dof::Surge, Dof::Yaw], Coriolis::Tied, &["inertia"]).unwrap();
         for effect in effects {
@@ -87,7 +88,7 @@ mod tests {
         let channels = ["tau_u", "tau_r", "F_T", "F_U"].map(String::from).into();
         let graph = Graph::new();
         let equations = assemble(&graph, &model, &Available { channels, ..Available::default() });
-        // what was commanded a while ago is the tenth part
+        // the delayed command is a tenth of the present one
         let read = |leaf| {
             let (input, share) = match leaf {
                 Leaf::Parameter(p) => return values[usize::from(p)],
@@ -119,7 +120,7 @@ mod tests {
         assert_eq!(force(swap(), 0.0, false), [8.0, 1.5]);
     }
 
-    /// Single thrusters are part of the command, and late with it.
+    /// Forces of single thrusters are part of the command, and delayed with it.
     #[test]
     fn a_delay_is_of_single_thrusters_too() {
         let lost = vec![Arc::new(ThrusterLoss::of(single("U", U))) as Arc<dyn Effect>];
@@ -135,7 +136,7 @@ mod tests {
         model.add(Arc::new(ThrusterLoss::of(single("T", all))), Place::VEHICLE).unwrap();
         let channels = ["tau_u", "F_T"].map(String::from).into();
         let equations = assemble(&graph, &model, &Available { channels, ..Available::default() });
-        // the channel of a thruster is a number to the formulas, as every further channel is
+        // in formulas the channel of a thruster has no unit, as every further channel
         for (dof, force) in Dof::ALL.into_iter().zip(equations.force) {
             let wanted = if dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE };
             let found = force.dimension().unwrap();

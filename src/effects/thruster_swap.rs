@@ -1,10 +1,11 @@
-//! Two thrusters whose commands are exchanged, as plugs are.
+//! Two thrusters whose commands are exchanged, by their plugs for example.
 //!
 //! ```text
 //! τ → τ + (b_T − b_U)(F_U − F_T)
 //! ```
 //!
-//! For thrusters of one curve, so that exchanged commands are exchanged forces. b, F: [`super::SingleThruster`].
+//! For thrusters with the same curve, so that exchanged commands mean exchanged forces. b, F:
+//! [`super::SingleThruster`].
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, SingleThruster, Six};
 use crate::symbolic::Expr;
@@ -20,12 +21,12 @@ impl ThrusterSwap {
     /// Its id without thrusters.
     pub const ID: &'static str = "thruster_swap";
 
-    /// These two, exchanged.
+    /// The exchange of these two.
     pub fn of(thrusters: [SingleThruster; 2]) -> ThrusterSwap {
         ThrusterSwap { id: format!("{}@{}:{}", ThrusterSwap::ID, thrusters[0].name, thrusters[1].name), thrusters }
     }
 
-    /// As the catalogue lists it.
+    /// The effect without thrusters, as the catalogue lists it.
     pub(super) fn of_none() -> ThrusterSwap {
         ThrusterSwap { id: ThrusterSwap::ID.into(), thrusters: Default::default() }
     }

@@ -4,14 +4,15 @@
 //! (K, M, N) += r × W g,      r = (x, y, 0),   g = (−sin θ, cos θ sin φ, cos θ cos φ)
 //! ```
 //!
-//! x, y: offsets, m; W: weight, N. The vertical offset is the restoring moment, an effect of its own. Fossen (2021), ch. 4.
+//! x, y: offsets, m; W: weight, N. The vertical offset is the restoring moment, an effect of its
+//! own. Fossen (2021), ch. 4.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// As in a campaign file.
+/// Id, as in a campaign file.
 pub const ID: &str = "trim_offset";
 
 /// Moments of a centre of gravity or buoyancy off the axis.

@@ -12,7 +12,7 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// Periods to try, s: close enough that none in between is missed in a run of a minute.
+/// Periods to try, s: so close that a run of a minute misses none in between.
 const PERIODS: [f64; 24] = [
     1.5, 1.75, 2.0, 2.25, 2.5, 2.8, 3.1, 3.4, 3.8, 4.2, 4.6, 5.1, 5.6, 6.2, 6.8, 7.5, 8.3, 9.2, 10.2, 11.4, 12.8, 14.5,
     17.0, 20.0,

@@ -1,37 +1,43 @@
-//! Covariance of estimates whose residuals are correlated, by clusters: stretches that are independent of each other.
+//! Covariance of estimates with correlated residuals, by clusters: stretches that are independent
+//! of each other.
 //!
 //! ```text
-//! many:  Σ = f Σ_c s_c s_cᵀ                       s_c = (HᵀH)⁻¹ g_c,  g_c = Hᵀe summed over cluster c,  f C/(C − 1) and n/(n − p)
+//! s_c = (HᵀH)⁻¹ g_c,   g_c: Hᵀe summed over cluster c,   f: such as C/(C − 1) n/(n − p)
+//!
+//! many:  Σ = f Σ_c s_c s_cᵀ
 //! few:   Σ = D W D κ                              κ = max(1, f/p Σ_c s_cᵀ W⁻¹ s_c)
 //!        Dᵢᵢ² = max(1, f Σ_c s_cᵢ² / (κ Wᵢᵢ))
 //! ```
 //!
-//! W is the covariance of white residuals. The first form (Liang and Zeger, *Biometrika* 73 (1986) 13) has rank C at most:
-//! with few clusters it shrinks, and some combinations of parameters would be known exactly. The second asks the clusters
-//! only by how much the variance is inflated, one number over all directions, and never makes a deviation narrower than
-//! either W or the first form has it.
+//! W is the covariance for white residuals. The first form (Liang and Zeger, *Biometrika* 73
+//! (1986) 13) has at most the rank C: with few clusters it shrinks, and some combinations of
+//! parameters would be known exactly. The second uses the clusters only for the inflation of the
+//! variance, one number for all directions, and never gives a smaller standard deviation than W or
+//! the first form.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Clusters an unknown that the sandwich wants.
+/// Minimum number of clusters for each unknown that the sandwich needs.
 const CLUSTERS_AN_UNKNOWN: usize = 2;
 
 /// Covariance by clusters.
 pub(crate) struct OfClusters {
     /// (p, p).
     pub covariance: DMatrix<f64>,
-    /// Whether there were too few clusters for the sandwich, so that that of white residuals has been widened.
+    /// Whether there were too few clusters for the sandwich, so that the covariance for white
+    /// residuals was widened.
     pub few: bool,
 }
 
-/// Covariance of estimates of covariance `white` were residuals white; `shifts` are the s_c, `factor` is f.
+/// Covariance of estimates whose covariance is `white` for white residuals; `shifts` are the s_c,
+/// `factor` is f.
 pub(crate) fn of_clusters(white: &DMatrix<f64>, shifts: &[DVector<f64>], factor: f64) -> OfClusters {
     let p = white.nrows();
     let sandwich = |i: usize, j: usize| factor * shifts.iter().map(|s| s[i] * s[j]).sum::<f64>();
     if shifts.len() >= CLUSTERS_AN_UNKNOWN * p {
         return OfClusters { covariance: DMatrix::from_fn(p, p, sandwich), few: false };
     }
-    // one cluster says nothing: its shift is that of the whole, which is none
+    // one cluster tells nothing: its shift is that of all rows, which is 0
     let inflation = if shifts.len() < 2 { 1.0 } else { factor * misfit(white, shifts) / p as f64 };
     let inflation = inflation.max(1.0);
     let wider: Vec<f64> = (0..p)
@@ -44,7 +50,8 @@ pub(crate) fn of_clusters(white: &DMatrix<f64>, shifts: &[DVector<f64>], factor:
     OfClusters { covariance, few: true }
 }
 
-/// Σ_c s_cᵀ W⁻¹ s_c; nothing where W has no inverse. In units of the deviations of W, whose sizes may be far apart.
+/// Σ_c s_cᵀ W⁻¹ s_c; 0 if W has no inverse. Computed in units of the standard deviations of W,
+/// which may differ widely.
 fn misfit(white: &DMatrix<f64>, shifts: &[DVector<f64>]) -> f64 {
     let p = white.nrows();
     let unit: Vec<f64> = (0..p).map(|i| white[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
@@ -62,15 +69,15 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// Four parameters in units that are far apart, two of them tied.
+    /// Four parameters in widely different units, two of them strongly correlated.
     fn white() -> DMatrix<f64> {
         let unit = [1e-4, 1.0, 1e3, 1e5];
         let correlation = |i: usize, j: usize| if i == j { 1.0 } else { 0.9_f64.powi(i.abs_diff(j) as i32) };
         DMatrix::from_fn(4, 4, |i, j| unit[i] * correlation(i, j) * unit[j])
     }
 
-    /// Shifts of `count` clusters whose true variance is `inflation` times the white one; they sum to nothing, as those of
-    /// an estimate do.
+    /// Shifts of `count` clusters whose true variance is `inflation` times the white one; their sum
+    /// is 0, as for an estimate.
     fn shifts(count: usize, inflation: f64, seed: u64) -> Vec<DVector<f64>> {
         let root = white().cholesky().unwrap().l() * (inflation / count as f64).sqrt();
         let mut noise = Noise::new(seed, 0);

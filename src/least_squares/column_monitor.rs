@@ -1,13 +1,14 @@
-//! Columns watched as their rows pass: which are constant, and which are the same up to a factor.
+//! Monitor of columns while their rows are folded: which are constant, and which are the same up to
+//! a factor.
 //!
-//! Most columns differ in their first rows, after which watching costs nothing.
+//! Most columns differ in their first rows, after which the monitor costs nothing.
 
 use super::system::{LeastSquaresError, Names};
 
-/// What two columns have shown of each other so far.
+/// Relation of two columns in the rows so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Pair {
-    /// Both are zero.
+    /// Both are zero so far.
     Open,
     /// The second is this many times the first.
     Factor(f64),
@@ -64,7 +65,7 @@ impl ColumnMonitor {
         }
     }
 
-    /// Looks at the next rows.
+    /// Takes the next rows into account.
     pub fn look(&mut self, columns: &[&[f64]]) {
         for (j, column) in columns.iter().enumerate().filter(|(_, c)| !c.is_empty()) {
             if !self.varies[j] {
@@ -80,8 +81,8 @@ impl ColumnMonitor {
         }
     }
 
-    /// The same columns in other places of `width`; what is known of pairs is left behind, and columns in no place are
-    /// not taken for constant.
+    /// The same columns at other indices of `width`. Relations of pairs are dropped, and new
+    /// columns do not count as constant.
     pub fn placed(&self, places: &[usize], width: usize) -> ColumnMonitor {
         let mut placed = ColumnMonitor::new(width);
         placed.pairs.fill(Pair::Apart);
@@ -93,7 +94,7 @@ impl ColumnMonitor {
         placed
     }
 
-    /// What is known of the columns `kept`, before a right-hand side of which nothing is known.
+    /// The state of the columns `kept`, with a right-hand side of which nothing is known.
     pub fn kept(&self, kept: &[usize]) -> ColumnMonitor {
         let mut left = ColumnMonitor::new(kept.len() + 1);
         left.varies.fill(true);
@@ -106,7 +107,7 @@ impl ColumnMonitor {
         left
     }
 
-    /// Takes in what another has seen of further rows.
+    /// Merges the state of another monitor, of further rows.
     pub fn merge(&mut self, other: &ColumnMonitor) {
         for j in 0..self.varies.len() {
             let same = match (self.constant[j], other.constant[j]) {
@@ -121,12 +122,12 @@ impl ColumnMonitor {
         }
     }
 
-    /// The value of column `j` where all rows have the same.
+    /// The value of column `j` if it is the same in all rows.
     pub fn constant(&self, j: usize) -> Option<f64> {
         self.constant[j].filter(|_| !self.varies[j])
     }
 
-    /// Columns that cannot be told apart from each other or from nothing, as an error.
+    /// Returns an error if a column is zero or two columns are the same up to a factor.
     pub fn judge(&self, names: &Names) -> Result<(), LeastSquaresError> {
         let p = self.varies.len() - 1;
         if let Some(j) = (0..p).find(|j| self.constant(*j) == Some(0.0)) {

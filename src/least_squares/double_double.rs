@@ -4,12 +4,13 @@
 //! x = hi + lo,  |lo| ≤ ½ ulp(hi)        a + b = s + e and a·b = p + e exactly (Knuth; Dekker and Veltkamp)
 //! ```
 //!
-//! Dekker, *Numerische Mathematik* 18 (1971) 224. Without fused multiply-add, which is slow where the processor lacks
-//! it. Right while no product leaves the range of a double: the caller scales.
+//! Dekker, *Numerische Mathematik* 18 (1971) 224. Without fused multiply-add, which is slow on
+//! processors that lack it. Valid while no product exceeds the range of a double: the caller
+//! scales.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// An unevaluated sum of two doubles, some 32 digits.
+/// An unevaluated sum of two doubles, about 32 digits.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct DoubleDouble {
     hi: f64,

@@ -1,10 +1,11 @@
-//! A block of rows into its factor, and a factor into its solution.
+//! The factor of a block of rows, and the solution of a factor.
 //!
 //! ```text
 //! [H | y] diag(2^(−e)) = Q [R z; 0 ρ]        θ̂ = R⁻¹ z,   |e| = |ρ|
 //! ```
 //!
-//! Columns are scaled by powers of two, which round nothing: factors of parts can be stacked, and nothing overflows.
+//! Columns are scaled by powers of two, which is exact: factors of parts can be stacked, and
+//! nothing overflows.
 
 use std::ops::Range;
 
@@ -17,7 +18,7 @@ use super::system::{LeastSquaresError, Names};
 use super::triangle::{LANES, Triangle};
 use crate::simd::widest;
 
-/// Values that are folded at once, 24 KiB: they stay in the nearest cache.
+/// Number of values that are folded at once, 24 KiB: they stay in the nearest cache.
 pub(super) const BLOCK: usize = 3072;
 
 /// Factor of the rows `range` of finite columns, each times `2^(−exponent)`.
@@ -48,7 +49,7 @@ pub(super) fn scaled(to: &mut [f64], from: &[f64], exponent: i32) {
     if scale.is_normal() {
         to.iter_mut().zip(from).for_each(|(to, from)| *to = from * scale);
     } else {
-        // a power beyond the range of a double goes in two steps
+        // a power beyond the range of a double is applied in two steps
         to.iter_mut().zip(from).for_each(|(to, from)| *to = times_power_of_two(*from, -exponent));
     }
     to[from.len()..].fill(0.0);
@@ -71,7 +72,7 @@ pub(super) fn size(x: &[f64]) -> (f64, bool) {
     (top, rest.iter().chain(last).all(|x| x.is_finite()))
 }
 
-/// Solves a factor of [H | y]; `constant` is the column that holds one value in all rows.
+/// Solves a factor of [H | y]; `constant` is the column with the same value in all rows.
 pub(super) fn solve(
     triangle: &Triangle,
     exponents: &[Option<i32>],
@@ -80,7 +81,7 @@ pub(super) fn solve(
     names: &Names,
 ) -> Result<Fit, LeastSquaresError> {
     let p = triangle.width() - 1;
-    // to columns of length 1 to 2, as the rank is judged
+    // columns of length 1 to 2, for which the rank is judged
     let column = |j: usize| triangle.column(j).collect::<Vec<f64>>();
     let lengths: Vec<i32> = (0..=p).map(|j| length_exponent(&column(j))).collect();
     let unit = |i: usize, j: usize| times_power_of_two(triangle.at(i, j), -lengths[j]);
@@ -88,7 +89,7 @@ pub(super) fn solve(
     let pivoted = Pivoted::of(square.as_ref(), rows).map_err(|found| dependent(&found, names))?;
     let response: Vec<f64> = (0..=p).map(|i| unit(i, p)).collect();
     let w = pivoted.inverse_factor();
-    // what a constant leaves of y is y less its mean
+    // a constant column reduces y to y minus its mean
     let left = match constant {
         None => response.clone(),
         Some(c) => {

@@ -1,11 +1,11 @@
-//! Linear least squares: one solver for every room.
+//! Linear least squares: one solver for all modules.
 //!
 //! ```text
-//! θ̂ = argmin |y − H θ|²        σ_θ by (14) and (15), or by what correlated residuals leave
+//! θ̂ = argmin |y − H θ|²        σ_θ by (14) and (15), or from the correlation of the residuals
 //! ```
 //!
-//! [`least_squares`] solves and says what is needed to believe the answer or not; [`Fit::covariance_by`] gives the
-//! covariance where residuals are correlated along a run.
+//! [`least_squares`] solves a system and reports what is needed to judge the result;
+//! [`Fit::covariance_by`] gives the covariance for residuals that are correlated along a run.
 
 pub(crate) mod clusters;
 mod column_monitor;

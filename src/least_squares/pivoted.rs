@@ -1,17 +1,18 @@
-//! The pivoted triangle of a design matrix: rank, inverse, condition.
+//! The pivoted QR factorisation of a design matrix: rank, inverse, condition.
 //!
 //! ```text
 //! H Π = Q R  (Householder, columns of length near 1)        (HᵀH)⁻¹ = W Wᵀ,   W = Π R⁻¹
 //! ```
 //!
-//! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.4.2. HᵀH is never formed. The factorisation is faer's.
+//! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.4.2. HᵀH is never formed. The
+//! factorisation is faer's.
 
 use faer::{Mat, MatRef};
 
 use super::scale::times_power_of_two;
 use super::singular::singular_ratio;
 
-/// A column that is a combination of others, all by index.
+/// A column that is a combination of others, by index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Dependence {
     pub column: usize,
@@ -21,7 +22,7 @@ pub(super) struct Dependence {
 
 /// Q, R and Π of a matrix of full column rank.
 pub(super) struct Pivoted {
-    /// Orthonormal columns, those of the matrix times R⁻¹.
+    /// Orthonormal columns: those of the matrix times R⁻¹.
     pub q: Mat<f64>,
     r: Mat<f64>,
     /// Position → column.
@@ -42,7 +43,8 @@ impl Pivoted {
 
     fn dependence(&self, rows: usize) -> Option<Dependence> {
         let p = self.order.len();
-        // rounding of a Householder step grows as the root of the rows; ten times that leaves room for the worst case
+        // the rounding error of a Householder step grows with the root of the rows; ten times that
+        // covers the worst case
         let tolerance = 10.0 * f64::EPSILON * (p as f64 + (rows as f64).sqrt());
         let length = |j: usize| self.r.col(j).norm_l2();
         let rank = (0..p).find(|k| self.r[(*k, *k)].abs() <= tolerance * length(*k))?;
@@ -87,7 +89,7 @@ impl Pivoted {
         self.q.col_iter().map(|q| q.iter().zip(y).map(|(q, y)| q * y).sum()).collect()
     }
 
-    /// W by rows, one row a column of the matrix.
+    /// W by rows, one row for each column of the matrix.
     pub fn inverse_factor(&self) -> Vec<Vec<f64>> {
         let p = self.order.len();
         let mut w = vec![vec![0.0; p]; p];
@@ -106,11 +108,13 @@ impl Pivoted {
         self.condition(|position, x| x / length[position])
     }
 
-    /// cond(H) of the matrix whose columns were scaled by `2^(−exponents)`; infinite where its square would be.
+    /// cond(H) of the matrix whose columns were scaled by `2^(−exponents)`; infinite if its square
+    /// would be infinite.
     pub fn condition_raw(&self, exponents: &[i32]) -> f64 {
         let greatest = exponents.iter().copied().max().unwrap_or(0);
         let least = exponents.iter().copied().min().unwrap_or(0);
-        // columns apart by 2^k make a condition number of at least 2^(k − 1), whose square is printed
+        // columns whose lengths differ by 2^k give a condition number of at least 2^(k − 1), whose
+        // square is printed
         if greatest - least > 520 {
             return f64::INFINITY;
         }

@@ -1,20 +1,22 @@
 //! Iterative refinement of a least-squares solution and of its standard errors.
 //!
 //! ```text
-//! r + H x = f,   Hᵀ r = g            f = y, g = 0:  x = θ̂, r the residual      f = 0, g = −eⱼ:  x = (HᵀH)⁻¹ eⱼ
+//! r + H x = f,   Hᵀ r = g        f = y, g = 0:    x = θ̂, r the residual
+//!                                f = 0, g = −eⱼ:  x = (HᵀH)⁻¹ eⱼ
 //! ```
 //!
-//! Both unknowns are corrected together; what is left of both equations is summed in twice the precision, the
-//! correction comes from the QR at hand. A residual that is large beside the solution is then no obstacle (Björck, *BIT*
-//! 7 (1967) 257; Demmel, Hida, Riedy and Li, *ACM TOMS* 35 (2009) 28). Works while ε cond(H), columns of unit length,
-//! is below 1.
+//! Both unknowns are corrected together: the residuals of both equations are summed in twice the
+//! precision, and the correction comes from the available QR. A residual that is large compared
+//! with the solution is then no obstacle (Björck, *BIT* 7 (1967) 257; Demmel, Hida, Riedy and Li,
+//! *ACM TOMS* 35 (2009) 28). It works while ε cond(H), columns of unit length, is below 1.
 
 use faer::Mat;
 
 use super::double_double::DoubleDouble;
 use super::pivoted::Pivoted;
 
-/// Corrections at most; each gains −log₁₀(ε cond) digits, some 6 for the worst of the reference sets.
+/// Maximum number of corrections; each gains −log₁₀(ε cond) digits, about 6 for the worst of the
+/// reference sets.
 const STEPS: usize = 30;
 
 /// x and r of the augmented system.
@@ -30,7 +32,8 @@ pub(super) struct Refined {
     pub square: f64,
 }
 
-/// Refines the solution of `h` θ = `y`; `None` when a correction does not get smaller, as with ε cond(H) near 1.
+/// Refines the solution of `h` θ = `y`; `None` if the corrections do not shrink, as with ε cond(H)
+/// near 1.
 pub(super) fn refine(h: &Mat<f64>, y: &[f64], pivoted: &Pivoted) -> Option<Refined> {
     let (n, p) = (h.nrows(), h.ncols());
     let fit = solve(h, pivoted, y, &vec![0.0; p])?;
@@ -49,7 +52,7 @@ fn values(x: &[DoubleDouble]) -> Vec<f64> {
     x.iter().map(|x| x.value()).collect()
 }
 
-/// Solves r + H x = f, Hᵀ r = g to some 30 digits.
+/// Solves r + H x = f, Hᵀ r = g to about 30 digits.
 fn solve(h: &Mat<f64>, pivoted: &Pivoted, f: &[f64], g: &[f64]) -> Option<Solution> {
     let zero = DoubleDouble::default();
     let mut at = Solution { x: vec![zero; g.len()], r: vec![zero; f.len()] };
@@ -64,12 +67,12 @@ fn solve(h: &Mat<f64>, pivoted: &Pivoted, f: &[f64], g: &[f64]) -> Option<Soluti
             *r = *r + DoubleDouble::from(*d);
         }
         let size = change(&at.x, &dx);
-        // this changes no digit of the result, and the next correction would be smaller still
+        // this correction changes no digit of the result, and the next one would be smaller still
         if size < 2.0_f64.powi(-80) {
             return Some(at);
         }
         if !(size.is_finite()) || size > 0.5 * last {
-            // it shrinks no more: at the limit of twice the precision, or never did
+            // the correction shrinks no more: at the limit of twice the precision, or it never did
             return (size < 2.0_f64.powi(-60)).then_some(at);
         }
         last = size;
@@ -77,15 +80,16 @@ fn solve(h: &Mat<f64>, pivoted: &Pivoted, f: &[f64], g: &[f64]) -> Option<Soluti
     None
 }
 
-/// The greatest correction `d` relative to its coefficient: one may be far smaller than its neighbours. One that is 0
-/// has no relative error, so that 2⁻⁴⁰ of the greatest is the least size counted. NaN where there is one.
+/// The largest correction `d` relative to its coefficient, because a coefficient may be far smaller
+/// than the others. The divisor is at least 2⁻⁴⁰ of the largest coefficient, because one that is 0
+/// has no relative error. NaN if a correction is.
 fn change(x: &[DoubleDouble], d: &[f64]) -> f64 {
     let floor = 2.0_f64.powi(-40) * x.iter().fold(0.0, |m: f64, x| m.max(x.value().abs()));
     let relative = |(x, d): (&DoubleDouble, &f64)| if *d == 0.0 { 0.0 } else { d.abs() / x.value().abs().max(floor) };
     x.iter().zip(d).map(relative).fold(0.0, |m: f64, r| if m.is_nan() || r <= m { m } else { r })
 }
 
-/// What is left of f − r − H x and of g − Hᵀ r, summed in twice the precision.
+/// The residuals f − r − H x and g − Hᵀ r, summed in twice the precision.
 fn left(h: &Mat<f64>, f: &[f64], g: &[f64], at: &Solution) -> (Vec<f64>, Vec<f64>) {
     let mut left_f: Vec<DoubleDouble> = f.iter().zip(&at.r).map(|(f, r)| DoubleDouble::from(*f) - *r).collect();
     let mut left_g = Vec::with_capacity(g.len());
@@ -118,8 +122,8 @@ fn correction(pivoted: &Pivoted, f: &[f64], g: &[f64]) -> (Vec<f64>, Vec<f64>) {
 mod tests {
     use super::*;
 
-    /// Hilbert's matrix scaled to integers: (i + j + 1) divides 232 792 560 for all entries, and x = (1, …, 1) gives
-    /// sums of integers, exact in doubles.
+    /// Hilbert's matrix scaled to integers: (i + j + 1) divides 232 792 560 for all entries, and
+    /// x = (1, …, 1) gives sums of integers, which are exact in doubles.
     #[test]
     fn exact_integers_of_a_hilbert_matrix() {
         let p = 8;

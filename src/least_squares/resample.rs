@@ -4,10 +4,11 @@
 //! RᵀR = Σ_b n_b R_bᵀR_b      n_b: how often block b was drawn; Σ n_b = number of blocks
 //! ```
 //!
-//! Each block is factored once; a refit sums p (p + 3)/2 products a block ([`super::whitened`]) or, where its blocks all but
-//! lack a direction, stacks p + 1 rows a block, times √n_b: it costs nothing in rows. Blocks longer
-//! than the memory of the residuals keep their correlation: Künsch, *Annals of Statistics* 17 (1989) 1217. Draws come
-//! from streams of one seed, so that they do not depend on the number of threads.
+//! Each block is factored once. A refit sums p (p + 3)/2 products for each block
+//! ([`super::whitened`]) or, if its blocks nearly lack a direction, stacks p + 1 rows for each
+//! block, times √n_b: its cost does not depend on the number of rows. Blocks longer than the memory
+//! of the residuals keep their correlation: Künsch, *Annals of Statistics* 17 (1989) 1217. Draws
+//! come from streams of one seed, so that they do not depend on the number of threads.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,13 +23,13 @@ use crate::noise::Noise;
 use crate::progress::{look, tell};
 use crate::simd::widest;
 
-/// What progress calls it.
+/// Name of this work in progress reports.
 pub(crate) const REFITTING: &str = "refitting";
 
 /// Estimates of refits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draws {
-    /// One estimate of all unknowns a refit.
+    /// Estimates of all unknowns, one list for each refit.
     pub values: Vec<Vec<f64>>,
     /// Number of each of these refits.
     pub numbers: Vec<u64>,
@@ -37,7 +38,7 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// What was found of the refits of these numbers, in order.
+    /// The draws of the refits with these numbers, in order.
     pub(crate) fn of(numbers: Range<u64>, found: Vec<Option<Vec<f64>>>) -> Draws {
         let count = found.len();
         let (numbers, values): (Vec<u64>, Vec<Vec<f64>>) =
@@ -62,7 +63,8 @@ impl Draws {
         self.covariance(k, k).sqrt()
     }
 
-    /// The value that a share `level` of the draws of unknown `k` lies below, linear between draws.
+    /// Quantile of unknown `k` at the share `level` of the draws, linear between draws; NaN without
+    /// draws.
     pub fn quantile(&self, k: usize, level: f64) -> f64 {
         let mut sorted: Vec<f64> = self.values.iter().map(|v| v[k]).collect();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -73,7 +75,7 @@ impl Draws {
     }
 }
 
-/// A system H θ = y whose blocks of rows are factored apart.
+/// A system H θ = y whose blocks of rows are factored separately.
 #[derive(Debug, Clone)]
 pub struct Blocks {
     factors: Vec<Triangle>,
@@ -84,7 +86,8 @@ impl Blocks {
     /// Factors blocks of `length` rows, the last one shorter; on all cores.
     ///
     /// # Errors
-    /// [`LeastSquaresError`], as for the whole system; [`LeastSquaresError::TooFewBlocks`] for less than two.
+    /// [`LeastSquaresError`], as for the whole system; [`LeastSquaresError::TooFewBlocks`] for
+    /// fewer than two blocks.
     pub fn of(h: &[&[f64]], y: &[f64], length: usize, names: &Names) -> Result<Blocks, LeastSquaresError> {
         check_shape(h, y, names)?;
         check_values(h, y, names)?;
@@ -129,7 +132,8 @@ fn stacked(always: &Triangle, factors: &[Triangle], counts: &[u32], buffer: &mut
     triangle
 }
 
-/// Solutions of the resamplings of these numbers, of blocks whose factors of [H | y] are given; the rows of `always` are in all.
+/// Solutions of the resamplings with the numbers `draws`, for blocks with these factors of [H | y];
+/// the rows of `always` are in all.
 pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: Range<u64>, seed: u64) -> Draws {
     let (done, count) = (AtomicUsize::new(0), draws.clone().count());
     let whole = stacked(always, factors, &vec![1; factors.len()], &mut Vec::new());
@@ -148,7 +152,7 @@ pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: Range<u64
     Draws::of(draws, found)
 }
 
-/// How often each of `count` blocks is drawn.
+/// Number of times each of `count` blocks is drawn.
 fn drawn(count: usize, seed: u64, stream: u64) -> Vec<u32> {
     let mut noise = Noise::new(seed, stream);
     let mut counts = vec![0; count];

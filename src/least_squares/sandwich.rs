@@ -1,14 +1,16 @@
-//! Covariance of least squares where residuals are correlated along a run.
+//! Covariance of least squares for residuals that are correlated along a run.
 //!
 //! ```text
 //! HAC:  cov = (HᵀH)⁻¹ [Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ)] (HᵀH)⁻¹ n/(n − p),   Γₗ = Σₖ hₖ eₖ eₖ₋ₗ hₖ₋ₗᵀ
 //! ```
 //!
-//! Newey and West, *Econometrica* 55 (1987) 703; no product of residuals reaches from one run into another. The weights
-//! are how often a window of L + 1 rows holds both of two rows, so that the bracket is a sum of squares however many lags:
+//! Newey and West, *Econometrica* 55 (1987) 703; residuals of different runs are not multiplied.
+//! The weights are proportional to the number of windows of L + 1 rows that contain both rows, so
+//! that the bracket is a sum of squares for any number of lags:
 //!
 //! ```text
-//! Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ) = 1/(L + 1) Σₜ sₜ sₜᵀ        sₜ = Σ hₖ eₖ over t − L … t, rows there are
+//! Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ) = 1/(L + 1) Σₜ sₜ sₜᵀ
+//! sₜ = Σ hₖ eₖ over the existing rows of t − L … t
 //! ```
 
 use std::ops::Range;
@@ -22,14 +24,14 @@ use super::solve::Fit;
 use super::streaming_qr::StreamingQr;
 use super::system::LeastSquaresError;
 
-/// Rows that are multiplied while they are near.
+/// Number of rows that are multiplied while they are in the cache.
 const NEAR: usize = 256;
 
-/// How standard deviations are found.
+/// Method of the standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StdMethod {
-    /// Equation (14) of the paper: right where residuals are independent.
+    /// Equation (14) of the paper: valid for independent residuals.
     Paper,
     /// Heteroscedasticity and autocorrelation consistent.
     #[default]
@@ -37,11 +39,11 @@ pub enum StdMethod {
 }
 
 impl Fit {
-    /// Covariance of the estimates, (p, p), by `method`; `h` and `y` are those of the fit, `blocks` the rows of each
-    /// run.
+    /// Covariance of the estimates, (p, p), by `method`; `h` and `y` are those of the fit, `blocks`
+    /// the rows of each run.
     ///
     /// # Errors
-    /// [`LeastSquaresError`] when the shapes are not those of the fit.
+    /// [`LeastSquaresError`] if the shapes are not those of the fit.
     pub fn covariance_by(
         &self,
         method: StdMethod,
@@ -83,8 +85,8 @@ impl Fit {
         scores
     }
 
-    /// Covariance of the estimates, (p, p), by clusters: stretches of rows whose factors are `blocks` and whose residuals
-    /// are independent of each other's.
+    /// Covariance of the estimates, (p, p), by clusters: stretches of rows with the factors
+    /// `blocks`, whose residuals are independent of each other.
     pub(crate) fn covariance_of_blocks(&self, blocks: &[StreamingQr]) -> OfClusters {
         let (p, count) = (self.coefficients.len(), blocks.len() as f64);
         let (w, exponents) = (&self.frame.w, &self.frame.exponents);
@@ -107,8 +109,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Long-run covariance of scores by the Bartlett kernel. The lag grows with the cube root of the longest run: enough
-/// for the one-sample memory of differenced noise and for disturbances of some ten samples.
+/// Long-run covariance of scores by the Bartlett kernel. The lag grows with the cube root of the
+/// longest run: enough for the one-sample memory of differenced noise and for disturbances of some
+/// ten samples.
 fn long_run(scores: &[Vec<f64>], blocks: &[Range<usize>], factor: f64) -> Vec<Vec<f64>> {
     let p = scores.len();
     let longest = blocks.iter().map(Range::len).max().unwrap_or(0);
@@ -126,7 +129,7 @@ fn long_run(scores: &[Vec<f64>], blocks: &[Range<usize>], factor: f64) -> Vec<Ve
     sum
 }
 
-/// Sums of `width` neighbours, those at the ends that reach beyond it included.
+/// Sums over windows of `width` neighbours, including windows that reach beyond the ends.
 fn window_sums(x: &[f64], width: usize) -> DVector<f64> {
     let mut sum = 0.0;
     let next = |t: usize, _| {
@@ -143,7 +146,8 @@ mod tests {
 
     #[test]
     fn law_differenced_noise_is_known_better_than_equation_14_says() {
-        // a constant in y = 1 + e_k − e_{k−1}: the sum of residuals telescopes, so the mean is far better known
+        // a constant in y = 1 + e_k − e_{k−1}: the sum of residuals telescopes, so the mean is far
+        // better known
         let e: Vec<f64> = (0..401).map(|k| (f64::from(k) * 12.9898).sin() * 43758.547 % 1.0).collect();
         let y: Vec<f64> = e.windows(2).map(|e| 1.0 + e[1] - e[0]).collect();
         let h: [&[f64]; 1] = [&[1.0; 400]];
@@ -154,7 +158,7 @@ mod tests {
         assert_eq!(std(StdMethod::Paper), fit.covariance[0][0].sqrt());
     }
 
-    /// Windows against the lags themselves: sums in another order.
+    /// Windows against the explicit lags: the same sums in another order.
     #[test]
     fn law_windows_are_the_weighted_lags() {
         let scores: Vec<Vec<f64>> =
@@ -178,8 +182,9 @@ mod tests {
 
     #[test]
     fn exact_sandwich_of_a_line() {
-        // without lags (blocks of one row) cov = (HᵀH)⁻¹ Σ hhᵀe² (HᵀH)⁻¹ n/(n − p); residuals of the line 1.4 + 0.8 x
-        // are −0.4, 0.8, −1, 1.2, −0.6, Σ(x − 2)²e² = 0.64 + 0.64 + 1.44 + 1.44, n/(n − p) = 5/3, Σ(x − 2)² = 10
+        // without lags (blocks of one row) cov = (HᵀH)⁻¹ Σ hhᵀe² (HᵀH)⁻¹ n/(n − p); residuals of
+        // the line 1.4 + 0.8 x are −0.4, 0.8, −1, 1.2, −0.6, Σ(x − 2)²e² =
+        // 0.64 + 0.64 + 1.44 + 1.44, n/(n − p) = 5/3, Σ(x − 2)² = 10
         let (one, x, y) = ([1.0; 5], [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 3.0, 2.0, 5.0, 4.0]);
         let h: [&[f64]; 2] = [&one, &x];
         let rows: Vec<Range<usize>> = (0..5).map(|k| k..k + 1).collect();

@@ -1,15 +1,15 @@
-//! Powers of two that bring columns to a length near 1: exact, so that nothing is rounded.
+//! Scaling of columns to a length near 1 by powers of two, which is exact.
 //!
 //! ```text
 //! h'ⱼ = 2^(−eⱼ) hⱼ,   1 ≤ |h'ⱼ| < 2        θⱼ = 2^(e_y − eⱼ) θ'ⱼ
 //! ```
 //!
-//! Squares of 1e200 or 1e-200 leave the range of a double; those of h' do not.
+//! Squares of 1e200 or 1e-200 are outside the range of a double; those of h' are not.
 
 /// Exponent e of 2^e ≤ |x| < 2^(e + 1), x finite and not 0.
 pub(super) fn exponent(x: f64) -> i32 {
     const BIAS: i32 = 1023;
-    // subnormal numbers are brought into the normal range first
+    // subnormal numbers are first brought into the normal range
     let (x, shift) = if x.is_normal() { (x, 0) } else { (x * 18_014_398_509_481_984.0, 54) };
     ((x.to_bits() >> 52) & 0x7ff) as i32 - BIAS - shift
 }
@@ -19,7 +19,7 @@ pub(super) fn exponent(x: f64) -> i32 {
 pub(super) fn times_power_of_two(x: f64, k: i32) -> f64 {
     const BIAS: i32 = 1023;
     let power = |k: i32| f64::from_bits(((k + BIAS) as u64) << 52);
-    // in two steps: 2^k itself may lie outside the range; no pair of doubles is more than 2^2098 apart
+    // in two steps: 2^k itself may be outside the range; no two doubles differ by more than 2^2098
     let k = k.clamp(-2040, 2040);
     let half = k / 2;
     x * power(half) * power(k - half)

@@ -5,14 +5,15 @@
 //! tan 2φ = 2 xᵀy / (|y|² − |x|²)
 //! ```
 //!
-//! Small singular values come out with a relative error of some ε κ(A D), D the best scaling of columns, where methods
-//! that first reduce to bidiagonal form lose them at ε σ_max. Demmel and Veselić, *SIAM J. Matrix Anal.* 13 (1992) 1204.
+//! Small singular values have a relative error of about ε κ(A D), D being the best scaling of
+//! columns; methods that first reduce to bidiagonal form lose them at ε σ_max. Demmel and Veselić,
+//! *SIAM J. Matrix Anal.* 13 (1992) 1204.
 
-/// Rounds over all pairs; ten do for the worst matrices of the tests.
+/// Maximum number of sweeps over all pairs; ten are enough for the worst matrices of the tests.
 const SWEEPS: usize = 60;
 
-/// Singular values, greatest first, of the matrix with these columns (at least as long as there are columns). Entries
-/// must be finite and their squares in range.
+/// Singular values, greatest first, of the matrix with these columns (at least as long as there are
+/// columns). Entries must be finite and their squares in range.
 pub(super) fn singular_values(mut columns: Vec<Vec<f64>>) -> Vec<f64> {
     let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     let p = columns.len();
@@ -42,7 +43,7 @@ pub(crate) fn singular_ratio(columns: Vec<Vec<f64>>) -> f64 {
     }
 }
 
-/// Turns x and y within their plane until they are orthogonal; whether they were so before.
+/// Rotates x and y in their plane until they are orthogonal; returns whether they already were.
 fn make_orthogonal(x: &mut [f64], y: &mut [f64]) -> bool {
     let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
     for (x, y) in x.iter().zip(y.iter()) {

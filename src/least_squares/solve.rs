@@ -1,13 +1,14 @@
-//! Linear least squares, with what is needed to believe it or not.
+//! Linear least squares, with the figures that are needed to judge a result.
 //!
 //! ```text
 //! θ̂ = argmin |y − H θ|²                                   Avila et al. (2013), eq. 11 to 13
-//! σ_θ = √diag((HᵀH)⁻¹ σ̂²)                                 eq. 14: right where residuals are independent
+//! σ_θ = √diag((HᵀH)⁻¹ σ̂²)                                 eq. 14: valid for independent residuals
 //! σ̂² = |y − H θ̂|²/(n − p)                                 eq. 15
 //! ```
 //!
-//! By Householder QR with pivoting on columns scaled by powers of two; HᵀH is never formed. Small or badly conditioned
-//! systems are refined with residuals in twice the precision. Long ones are folded block by block.
+//! The method is Householder QR with pivoting on columns scaled by powers of two; HᵀH is never
+//! formed. Small or badly conditioned systems are refined with residuals in twice the precision.
+//! Long ones are folded block by block.
 
 use std::ops::Range;
 
@@ -19,10 +20,10 @@ use super::scale::{length_exponent, times_power_of_two};
 use super::streaming_qr::StreamingQr;
 use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
 
-/// Entries above which a system is folded block by block.
+/// Number of entries above which a system is folded block by block.
 const TALL: usize = 1 << 15;
 
-/// How R² is taken.
+/// Definition of R².
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RSquared {
     /// 1 − |e|²/Σ(y − ȳ)²: there is a constant column.
@@ -31,11 +32,13 @@ pub enum RSquared {
     Uncentred,
 }
 
-/// When a solution is refined with residuals in twice the precision. Refined coefficients and standard errors are
-/// those of the given doubles to the last digit; plain ones lose about log₁₀ cond(H) digits.
+/// When a solution is refined with residuals in twice the precision. Refined coefficients and
+/// standard errors are exact for the given doubles to the last digit; plain ones lose about log₁₀
+/// cond(H) digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Refinement {
-    /// Where it costs little (4096 entries) or pays much (scaled condition above 1e6, a million entries).
+    /// If it costs little (up to 4096 entries) or gains much (scaled condition above 1e6, up to a
+    /// million entries).
     #[default]
     Auto,
     /// Always.
@@ -54,7 +57,7 @@ impl Refinement {
     }
 }
 
-/// How a system is solved.
+/// Options of the solution.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LeastSquaresOptions {
     /// Names for messages.
@@ -70,19 +73,20 @@ pub struct Fit {
     pub coefficients: Vec<f64>,
     /// σ_θ of eq. 14, (p).
     pub standard_errors: Vec<f64>,
-    /// (HᵀH)⁻¹ σ̂², (p, p). An entry beyond the range of a double is infinite or 0 though its standard error is not.
+    /// (HᵀH)⁻¹ σ̂², (p, p). An entry outside the range of a double is infinite or 0, though its
+    /// standard error is not.
     pub covariance: Vec<Vec<f64>>,
     /// σ̂ of eq. 15, unit of y.
     pub residual_std: f64,
     /// R².
     pub r_squared: f64,
-    /// How R² is taken.
+    /// Definition of R².
     pub r_squared_kind: RSquared,
-    /// cond(HᵀH) = cond(H)², as the paper prints; infinite beyond the range of a double.
+    /// cond(HᵀH) = cond(H)², as the paper prints it; infinite outside the range of a double.
     pub condition_number: f64,
-    /// cond(H) with columns of unit length: what matters for accuracy, whatever the units.
+    /// cond(H) with columns of unit length: the measure for accuracy, independent of units.
     pub condition_number_scaled: f64,
-    /// Rank of H: the number of unknowns, since any less is an error.
+    /// Rank of H: always the number of unknowns, because a lower rank is an error.
     pub rank: usize,
     /// Number of rows.
     pub rows: usize,
@@ -91,7 +95,7 @@ pub struct Fit {
     pub(super) frame: Frame,
 }
 
-/// Coordinates in which H has orthonormal rows: (HᵀH)⁻¹ = D W Wᵀ D, D = diag(2^(−eⱼ)).
+/// Coordinates in which H has orthonormal columns: (HᵀH)⁻¹ = D W Wᵀ D, D = diag(2^(−eⱼ)).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Frame {
     pub w: Vec<Vec<f64>>,
@@ -103,7 +107,7 @@ impl Fit {
     /// e = y − H θ̂, (n).
     ///
     /// # Errors
-    /// [`LeastSquaresError`] when the shapes are not those of the fit.
+    /// [`LeastSquaresError`] if the shapes are not those of the fit.
     pub fn residuals(&self, h: &[&[f64]], y: &[f64]) -> Result<Vec<f64>, LeastSquaresError> {
         if h.len() != self.coefficients.len() {
             return Err(LeastSquaresError::Width { found: h.len(), expected: self.coefficients.len() });
@@ -134,7 +138,7 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
-    /// Back to the units of the caller.
+    /// Converts the solution to the units of the caller.
     pub fn into_fit(self, pivoted: &Pivoted, frame: Frame, names: &Names) -> Result<Fit, LeastSquaresError> {
         let p = self.coefficients.len();
         let unit = |j: usize, x: f64| times_power_of_two(x, frame.y_exponent - frame.exponents[j]);
@@ -175,7 +179,8 @@ pub(super) fn dependent(found: &Dependence, names: &Names) -> LeastSquaresError 
 /// Solves H θ = y with defaults; `h` holds the p columns of H, each of n values.
 ///
 /// # Errors
-/// [`LeastSquaresError`]; all but dependent columns are found before anything is factored.
+/// [`LeastSquaresError`] for wrong shapes, too few rows, values that are not finite, zero or
+/// dependent columns, a right-hand side that does not vary, and coefficients out of range.
 pub fn least_squares(h: &[&[f64]], y: &[f64]) -> Result<Fit, LeastSquaresError> {
     least_squares_with(h, y, &LeastSquaresOptions::default())
 }
@@ -183,7 +188,7 @@ pub fn least_squares(h: &[&[f64]], y: &[f64]) -> Result<Fit, LeastSquaresError> 
 /// Solves H θ = y; `h` holds the p columns of H, each of n values.
 ///
 /// # Errors
-/// As [`least_squares`], with the names given.
+/// As [`least_squares`], with the given names.
 pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
     let names = &options.names;
     check_shape(h, y, names)?;
@@ -197,7 +202,7 @@ pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions
     dense_qr(h, y, options)
 }
 
-/// Solves a system by the QR of all of it at once.
+/// Solves a system by one QR of all rows.
 fn dense_qr(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
     let names = &options.names;
     check_values(h, y, names)?;
@@ -229,8 +234,8 @@ fn dense_qr(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fi
     solved.into_fit(&pivoted, Frame { w, exponents, y_exponent }, names)
 }
 
-/// Solves H θ = y for an H that lies in memory in any order: `fill(rows, j, to)` writes these rows of column j. Long
-/// systems are read where they lie, block by block.
+/// Solves H θ = y for an H of any memory layout: `fill(rows, j, to)` writes these rows of column j.
+/// Long systems are read in place, block by block.
 ///
 /// # Errors
 /// As [`least_squares_with`].
@@ -257,10 +262,11 @@ pub fn least_squares_filled(
     least_squares_with(&slices, y, options)
 }
 
-/// Solves H θ = y for an H by rows, as NumPy keeps it: `h` holds n·p values.
+/// Solves H θ = y for an H by rows, as NumPy stores it: `h` holds n·p values.
 ///
 /// # Errors
-/// As [`least_squares_with`], and [`LeastSquaresError::Width`] when `h` has not `columns` values a row.
+/// As [`least_squares_with`], and [`LeastSquaresError::Width`] if `h` does not split into rows of
+/// `columns` values.
 pub fn least_squares_rows(
     h: &[f64],
     columns: usize,
@@ -308,7 +314,8 @@ mod tests {
 
     #[test]
     fn exact_line_through_five_points() {
-        // by hand 1.4 + 0.8 x, Σe² = 3.6, σ² = 1.2, cov = σ² [30 −10; −10 5]/50; HᵀH has eigenvalues (35 ± √1025)/2
+        // by hand 1.4 + 0.8 x, Σe² = 3.6, σ² = 1.2, cov = σ² [30 −10; −10 5]/50; HᵀH has
+        // eigenvalues (35 ± √1025)/2
         let fit = least_squares(&[&[1.0; 5], &X], &Y).unwrap();
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4e-15 * b.abs(), "{a} {b}");
         close(fit.coefficients[0], 1.4);

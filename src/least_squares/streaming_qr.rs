@@ -1,11 +1,12 @@
-//! Least squares of tall systems, folded block by block: memory is O(p²), however many rows come.
+//! Least squares of tall systems, folded block by block: memory is O(p²) for any number of rows.
 //!
 //! ```text
 //! [H | y] = Q [R z; 0 ρ]      θ̂ = R⁻¹ z,   |e| = |ρ|,   HᵀH = RᵀR (never formed)
 //! ```
 //!
-//! θ, its deviations, R², rank and condition numbers all follow from R, z and ρ. Factors of parts merge into that of the
-//! whole, so that parts may be folded side by side: their borders are fixed, and so is the order in which they merge.
+//! θ, its standard errors, R², rank and condition numbers all follow from R, z and ρ. Factors of
+//! parts merge into that of the whole, so that parts can be folded in parallel: their borders and
+//! the order of merging are fixed.
 
 use std::ops::Range;
 
@@ -19,13 +20,13 @@ use super::system::{LeastSquaresError, Names, check_finite};
 use super::triangle::{LANES, Triangle};
 use crate::simd::widest;
 
-/// Rows of a part, folded by one thread.
+/// Rows of a part, which one thread folds.
 const PART: usize = 1 << 15;
 
-/// Powers of two that a column may outgrow its scale by before the scale follows.
+/// Number of powers of two by which a column may exceed its scale before the scale follows.
 const OUTGROWN: i32 = 64;
 
-/// A tall system on its way into its factor.
+/// A tall system that is folded into its factor.
 #[derive(Debug, Clone)]
 pub struct StreamingQr {
     names: Names,
@@ -38,10 +39,10 @@ pub struct StreamingQr {
 }
 
 impl StreamingQr {
-    /// A system of `columns` unknowns, no row yet.
+    /// A system of `columns` unknowns without rows.
     ///
     /// # Errors
-    /// [`LeastSquaresError::NoColumns`] for none.
+    /// [`LeastSquaresError::NoColumns`] if `columns` is 0.
     pub fn new(columns: usize, names: Names) -> Result<StreamingQr, LeastSquaresError> {
         if columns == 0 {
             return Err(LeastSquaresError::NoColumns);
@@ -60,8 +61,8 @@ impl StreamingQr {
     /// Folds further rows: `h` holds p columns, each as long as `y`.
     ///
     /// # Errors
-    /// [`LeastSquaresError`] for shapes that do not fit and values that are not finite (the row counts from the first
-    /// one folded); nothing of the block at fault is folded.
+    /// [`LeastSquaresError`] for shapes that do not fit and values that are not finite (the row
+    /// counts from the first one folded); no row of the faulty block is folded.
     pub fn push(&mut self, h: &[&[f64]], y: &[f64]) -> Result<(), LeastSquaresError> {
         let width = self.triangle.width();
         if h.len() + 1 != width {
@@ -119,7 +120,7 @@ impl StreamingQr {
         Ok(())
     }
 
-    /// Lets the scale of column `j` follow a value of this exponent.
+    /// Adapts the scale of column `j` to a value with this exponent.
     fn grow(&mut self, j: usize, exponent: i32) {
         match self.exponents[j] {
             None => self.exponents[j] = Some(exponent),
@@ -134,10 +135,10 @@ impl StreamingQr {
         self.exponents[j] = Some(exponent);
     }
 
-    /// Takes in the rows that another of the same columns has folded.
+    /// Merges the rows that another system with the same columns has folded.
     ///
     /// # Errors
-    /// [`LeastSquaresError::Width`] when it has another number of columns.
+    /// [`LeastSquaresError::Width`] if it has another number of columns.
     pub fn merge(&mut self, mut other: StreamingQr) -> Result<(), LeastSquaresError> {
         let width = self.triangle.width();
         if other.triangle.width() != width {
@@ -163,7 +164,7 @@ impl StreamingQr {
         Ok(())
     }
 
-    /// Folds a system that is in memory, on all cores; the result does not depend on their number.
+    /// Folds a system in memory on all cores; the result does not depend on their number.
     ///
     /// # Errors
     /// As [`StreamingQr::push`].
@@ -184,8 +185,8 @@ impl StreamingQr {
         StreamingQr::merged(h.len(), names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
     }
 
-    /// Folds a system that lies in memory in any order, on all cores: `fill` writes some rows of a column of H. The result
-    /// is that of [`StreamingQr::of`] to the bit.
+    /// Folds a system of any memory layout on all cores: `fill` writes some rows of a column of H.
+    /// The result is that of [`StreamingQr::of`] to the bit.
     ///
     /// # Errors
     /// As [`StreamingQr::push`].
@@ -251,11 +252,12 @@ impl StreamingQr {
         self.placed(&places, p + 1, 0)
     }
 
-    /// The same rows times `weight`, column j in the place `places[j]` of `width` columns; the others are 0.
+    /// The same rows times `weight`, with column j at the index `places[j]` of `width` columns; the
+    /// others are 0.
     #[must_use]
     pub fn embedded(&self, places: &[usize], width: usize, weight: f64) -> StreamingQr {
         let places: Vec<usize> = places.iter().copied().chain([width]).collect();
-        // the mantissa goes into the rows, so that no square leaves the range of a double
+        // the mantissa is multiplied into the rows, so that no square exceeds the range of a double
         let power = exponent(weight);
         let mut wide = self.placed(&places, width + 1, power);
         let rest = times_power_of_two(weight, -power);
@@ -263,10 +265,11 @@ impl StreamingQr {
         wide
     }
 
-    /// The same rows with the unknown of column `column` known to be `value`: it goes to the right-hand side.
+    /// The same rows with the unknown of `column` held at `value`: its part moves to the right-hand
+    /// side.
     ///
     /// # Errors
-    /// [`LeastSquaresError::NoColumns`] where no other column is left.
+    /// [`LeastSquaresError::NoColumns`] if no other column is left.
     pub fn held(&self, column: usize, value: f64) -> Result<StreamingQr, LeastSquaresError> {
         let p = self.columns();
         let kept: Vec<usize> = (0..p).filter(|j| *j != column).collect();
@@ -332,7 +335,7 @@ impl StreamingQr {
         (0..self.columns()).map(|j| self.triangle.column(j).zip(&left).map(|(h, e)| scaled(j)(h) * e).sum()).collect()
     }
 
-    /// Refuses columns that are zero or the same up to a factor.
+    /// Checks that no column is zero, and no two are the same up to a factor.
     ///
     /// # Errors
     /// [`LeastSquaresError::ZeroColumn`] and [`LeastSquaresError::Proportional`].
@@ -340,7 +343,7 @@ impl StreamingQr {
         self.watch.judge(&self.names)
     }
 
-    /// The first column that holds one value in all rows.
+    /// The first column with the same value in all rows.
     pub(super) fn constant(&self) -> Option<usize> {
         (0..self.columns()).find(|j| self.watch.constant(*j).is_some())
     }
@@ -348,7 +351,8 @@ impl StreamingQr {
     /// The solution of all rows folded so far.
     ///
     /// # Errors
-    /// [`LeastSquaresError`] for too few rows and for columns that do not stand apart.
+    /// [`LeastSquaresError`] for too few rows, zero or dependent columns, a right-hand side that
+    /// does not vary, and coefficients out of range.
     pub fn fit(&self) -> Result<Fit, LeastSquaresError> {
         let (p, names) = (self.triangle.width() - 1, &self.names);
         if self.rows <= p {
@@ -369,7 +373,8 @@ mod tests {
     use super::super::solve::{LeastSquaresOptions, RSquared, Refinement, least_squares_with};
     use super::*;
 
-    /// Columns like those of a campaign: 1, u, u|u|, with units apart by 1e12, and a right-hand side with noise.
+    /// Columns like those of a campaign: 1, u, u|u|, with units apart by 1e12, and a right-hand
+    /// side with noise.
     fn system(n: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
         let u = |k: usize| 0.5 + 0.3 * (0.021 * k as f64).sin() + 0.1 * (0.37 * k as f64).cos();
         let noise = |k: usize| (k as f64 * 12.9898).sin() * 43_758.547 % 1.0;
@@ -382,7 +387,8 @@ mod tests {
         h.iter().map(Vec::as_slice).collect()
     }
 
-    /// Both are QR of the same columns: they agree to some ε cond, here 1e-16 times 1e2, with room for the rows' sums.
+    /// Both are QR of the same columns: they agree to about ε cond, here 1e-16 times 1e2, with a
+    /// margin for the sums of rows.
     #[test]
     fn the_same_numbers_as_a_factorisation_in_one_piece() {
         let (h, y) = system(20_000);
@@ -412,7 +418,8 @@ mod tests {
         assert_eq!(with(1), with(2));
     }
 
-    /// What is known goes to the other side: as a fit of the rows without that column. Two ways of one sum, to rounding.
+    /// A held unknown moves to the right-hand side: as in a fit of the rows without that column.
+    /// Equal up to rounding.
     #[test]
     fn a_held_unknown_is_one_of_the_right_hand_side() {
         let (h, y) = system(5_000);

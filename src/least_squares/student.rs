@@ -1,13 +1,15 @@
-//! Quantiles of Student's t, by which intervals of few rows are wider than those of a normal.
+//! Quantiles of Student's t, which make intervals from few rows wider than those of a normal
+//! distribution.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// From so many degrees of freedom on the quantile is that of a normal with two terms of 1/ν, right to eleven digits: the
-/// search of `statrs` loses digits there, 7 % at 10⁷, and does not end at 10⁸.
+/// Number of degrees of freedom above which the quantile is that of a normal with two terms of 1/ν,
+/// accurate to eleven digits: the search of `statrs` loses digits there, 7 % at 10⁷, and does not
+/// end at 10⁸.
 const MANY: f64 = 1e4;
 
-/// The quantile of Student's t with this many degrees of freedom below which lies the share `below`; NaN where `below` is
-/// not between 0 and 1 or there is no degree of freedom.
+/// The quantile of Student's t with `freedom` degrees of freedom below which the share `below`
+/// lies; NaN if `below` is not between 0 and 1 or there is no degree of freedom.
 pub fn student_quantile(below: f64, freedom: f64) -> f64 {
     if !(below > 0.0 && below < 1.0) {
         return f64::NAN;

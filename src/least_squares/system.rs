@@ -1,8 +1,8 @@
-//! What is asked of a linear system H θ = y before it is solved, and the names in the messages.
+//! Checks of a linear system H θ = y before it is solved, and the names for its messages.
 
 use thiserror::Error;
 
-/// Why a linear system has no least-squares solution that could be believed.
+/// The reason why a linear system has no reliable least-squares solution.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LeastSquaresError {
     /// There is no unknown.
@@ -18,7 +18,8 @@ pub enum LeastSquaresError {
         /// Rows of the right-hand side.
         expected: usize,
     },
-    /// The number of columns of a block is not that of those before it, or a flat array does not split into rows.
+    /// The number of columns of a block differs from that of earlier blocks, or a flat array does
+    /// not split into rows.
     #[error("{found} values do not make rows of {expected} columns")]
     Width {
         /// Columns, or values of a flat array.
@@ -78,7 +79,7 @@ pub enum LeastSquaresError {
         /// Rank of H.
         rank: usize,
     },
-    /// The right-hand side does not vary, so that there is nothing to explain and R² is 0/0.
+    /// The right-hand side does not vary: there is nothing to explain, and R² is 0/0.
     #[error("`{column}` {}: there is nothing to explain", if *zero { "is zero in every row" } else { "is constant, as a column is" })]
     NoVariance {
         /// Name of the right-hand side.
@@ -86,7 +87,7 @@ pub enum LeastSquaresError {
         /// Whether it is zero (else constant beside a constant column).
         zero: bool,
     },
-    /// The coefficient lies beyond the range of a double.
+    /// A coefficient is outside the range of a double.
     #[error(
         "the coefficient of `{column}` lies beyond the range of a double: bring the column nearer to the others' scale"
     )]
@@ -126,7 +127,7 @@ impl Names {
     }
 }
 
-/// Shapes: there are columns, all as long as `y`, and enough rows.
+/// Checks the shapes: there are columns, all as long as `y`, and enough rows.
 pub(super) fn check_shape(h: &[&[f64]], y: &[f64], names: &Names) -> Result<(), LeastSquaresError> {
     if h.is_empty() {
         return Err(LeastSquaresError::NoColumns);
@@ -141,7 +142,7 @@ pub(super) fn check_shape(h: &[&[f64]], y: &[f64], names: &Names) -> Result<(), 
     Ok(())
 }
 
-/// Finite values, no column of zeros.
+/// Checks the values: all are finite, and no column is zero.
 pub(super) fn check_values(h: &[&[f64]], y: &[f64], names: &Names) -> Result<(), LeastSquaresError> {
     for (j, column) in h.iter().copied().chain([y]).enumerate() {
         check_finite(column, 0, || if j == h.len() { names.response() } else { names.column(j) })?;
@@ -160,7 +161,8 @@ pub(super) fn check_finite(x: &[f64], from: usize, name: impl Fn() -> String) ->
     }
 }
 
-/// No two columns that are the same up to a factor. Columns that differ early cost nothing.
+/// Checks that no two columns are the same up to a factor. Columns that differ in an early row cost
+/// almost nothing.
 pub(super) fn check_apart(h: &[&[f64]], names: &Names) -> Result<(), LeastSquaresError> {
     for j in 0..h.len() {
         for i in 0..j {
@@ -173,7 +175,7 @@ pub(super) fn check_apart(h: &[&[f64]], names: &Names) -> Result<(), LeastSquare
     Ok(())
 }
 
-/// Whether all values are the same; without rows they are.
+/// Whether all values are the same; true without rows.
 pub(super) fn is_constant(x: &[f64]) -> bool {
     x.iter().all(|value| value.to_bits() == x[0].to_bits())
 }

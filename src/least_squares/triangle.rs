@@ -1,19 +1,19 @@
-//! A triangular factor that blocks of rows are folded into.
+//! A triangular factor into which blocks of rows are folded.
 //!
 //! ```text
 //! [R; X] = Q R'      by Householder reflections, column by column; Q is not kept
 //! ```
 //!
-//! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.1 and 6.5. Blocks stand by columns, and sums run in
-//! [`LANES`] lanes in a fixed order: the same numbers on every machine.
+//! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.1 and 6.5. Blocks are stored by columns,
+//! and sums run in [`LANES`] lanes in a fixed order: the results are the same on every machine.
 
-/// Sums that run side by side; the rows of a block are a multiple of it.
+/// Number of sums that run side by side; the rows of a block are a multiple of it.
 pub(super) const LANES: usize = 32;
 
-/// Least |x|² that is folded: with columns of size near 1, what is smaller is below the rounding of everything.
+/// Least |x|² that is folded: with columns of size near 1, smaller ones are below all rounding.
 const LEAST_SQUARE: f64 = 1e-290;
 
-/// Least diagonal of R in units of its column: less is rounding.
+/// Least diagonal of R relative to its column: a smaller one is rounding.
 const LEAST_PIVOT: f64 = 1e-13;
 
 /// R of `n` columns.
@@ -30,7 +30,7 @@ impl Triangle {
         Triangle { n, r: vec![0.0; n * n] }
     }
 
-    /// The factor of a few rows of `n` values, on the scale of 1.
+    /// The factor of a few rows of `n` values of size near 1.
     pub fn of_rows(n: usize, rows: &[Vec<f64>]) -> Triangle {
         let mut triangle = Triangle::new(n);
         let height = rows.len().next_multiple_of(LANES);
@@ -66,8 +66,8 @@ impl Triangle {
         self.r.iter_mut().skip(j).step_by(self.n).for_each(|x| *x = by(*x));
     }
 
-    /// Folds a block of `n` columns of `rows` values (a multiple of [`LANES`], rows of zeros do no harm), one column
-    /// after the other; the block is used up.
+    /// Folds a block of `n` columns of `rows` values (a multiple of [`LANES`]; rows of zeros have
+    /// no effect), one column after the other. The block is overwritten.
     #[inline(always)]
     pub fn fold(&mut self, block: &mut [f64], rows: usize) {
         let n = self.n;
@@ -95,7 +95,8 @@ impl Triangle {
         }
     }
 
-    /// Solves R x = z in the leading columns, z the last one; `None` where a diagonal is all but 0.
+    /// Solves R x = z for the leading columns, z being the last one; `None` if a diagonal entry is
+    /// nearly 0.
     pub fn solution(&self) -> Option<Vec<f64>> {
         let p = self.n - 1;
         let mut x = vec![0.0; p];
@@ -111,7 +112,7 @@ impl Triangle {
         Some(x)
     }
 
-    /// Folds rows of other factors of as many columns, each times its weight.
+    /// Folds the rows of other factors with the same number of columns, each times its weight.
     #[inline(always)]
     pub fn fold_all<'a>(&mut self, others: impl Iterator<Item = (f64, &'a Triangle)>, block: &mut Vec<f64>) {
         let n = self.n;

@@ -1,16 +1,19 @@
-//! Many solutions of one system whose blocks of rows count more or less, each at the price of a sum.
+//! Many solutions of one system with different weights of its blocks of rows, each at the cost of a
+//! sum.
 //!
 //! ```text
 //! H = Q R,  S_b = H_b R⁻¹,  e_b = y_b − H_b θ̂        θ = θ̂ + R⁻¹ δ,   (Σ n_b S_bᵀS_b) δ = Σ n_b S_bᵀe_b
 //! ```
 //!
-//! Σ S_bᵀS_b = I: in the coordinates of the whole the products lose no digits, and what is solved for is a correction.
-//! Where the blocks that count leave something all but undetermined, [`Whitened::solution`] says nothing.
+//! Σ S_bᵀS_b = I: in the coordinates of the whole the products lose no digits, and the unknown is a
+//! correction. If the blocks that count leave a direction nearly undetermined,
+//! [`Whitened::solution`] returns `None`.
 
 use super::triangle::Triangle;
 use crate::simd::widest;
 
-/// Least pivot of Σ n_b S_bᵀS_b, in which every direction of the whole has 1: less costs more than four digits.
+/// Least pivot of Σ n_b S_bᵀS_b, where the whole has 1 in every direction: a smaller one costs more
+/// than four digits.
 const LEAST_PIVOT: f64 = 1e-4;
 
 /// Products of blocks in the coordinates of the whole.
@@ -19,15 +22,16 @@ pub(super) struct Whitened {
     whole: Triangle,
     /// θ̂
     solution: Vec<f64>,
-    /// Of each block S_bᵀS_b, its upper triangle row by row, then S_bᵀe_b.
+    /// For each block S_bᵀS_b, its upper triangle row by row, then S_bᵀe_b.
     products: Vec<f64>,
-    /// Of the rows that always count.
+    /// The same for the rows that always count.
     always: Vec<f64>,
 }
 
 impl Whitened {
-    /// Of blocks whose factors of [H | y] are given with that of all their rows; the rows of `always` count once in every
-    /// solution. `None` where the whole does not determine the unknowns.
+    /// The products for blocks with these factors of [H | y], and the factor of all their rows. The
+    /// rows of `always` count once in every solution. `None` if the whole does not determine the
+    /// unknowns.
     pub fn of(whole: Triangle, always: &Triangle, factors: &[Triangle]) -> Option<Whitened> {
         let solution = whole.solution()?;
         let mut whitened = Whitened { whole, solution, products: Vec::new(), always: Vec::new() };
@@ -54,8 +58,8 @@ impl Whitened {
         squares.chain((0..p).map(|j| rows.iter().map(|(s, e)| s[j] * e).sum())).collect()
     }
 
-    /// θ where block b counts `counts[b]` times; `sums` is memory to work in. `None` where these blocks leave it all but
-    /// undetermined.
+    /// θ if block b counts `counts[b]` times; `sums` is working memory. `None` if these blocks
+    /// leave θ nearly undetermined.
     pub fn solution(&self, counts: &[u32], sums: &mut Vec<f64>) -> Option<Vec<f64>> {
         let p = self.solution.len();
         sums.clone_from(&self.always);
@@ -82,7 +86,7 @@ impl Whitened {
                 right[i] -= factor * right[k];
             }
             let pivot = upper[at(i, i)];
-            // a pivot that is no number is none either
+            // NaN is no valid pivot
             if pivot.is_nan() || pivot < LEAST_PIVOT {
                 return None;
             }
@@ -113,7 +117,8 @@ mod tests {
         (0..6).map(|i| (0..4).map(|j| value(i, j)).collect()).collect()
     }
 
-    /// The factor of the blocks that count, stacked and solved by QR: a few roundings apart.
+    /// Against the stacked factors of the blocks that count, solved by QR: equal up to a few
+    /// roundings.
     #[test]
     fn law_a_solution_is_that_of_the_stacked_rows() {
         let blocks: Vec<Vec<Vec<f64>>> = (0..7).map(block).collect();

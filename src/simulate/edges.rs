@@ -1,24 +1,26 @@
-//! Edges of the commands: where the integrator has to stop, and how a delay that is to be found moves them.
+//! Edges of the commands: the instants at which the integrator stops, and their treatment under a
+//! delay that is estimated.
 //!
 //! ```text
 //! held:       u(t) = u_k                                              e_k ≤ t < e_{k+1}
 //! softened:   u(t) = u_{k−1} + (u_k − u_{k−1}) (t − e_k + w/2)/w       |t − e_k| ≤ w/2
 //! ```
 //!
-//! A step of the integrator that reaches across an edge reads it a part of the step too early or too late; so none does.
-//! The derivative of u(t − T) by the delay T is −u̇(t − T): that of a held command is a pulse at every edge, which the
-//! scheme would meet at no instant. Where T is to be found, edges are therefore as wide as w, far below the time constants
-//! of a vehicle and far above the rounding of time stamps, and centred, so that they come neither early nor late.
+//! A step of the integrator across an edge would read it too early or too late by a part of the
+//! step; so no step crosses an edge. The derivative of u(t − T) by the delay T is −u̇(t − T): for a
+//! held command a pulse at every edge, which the scheme would meet at no instant. If T is to be
+//! estimated, edges therefore have the width w, far below the time constants of a vehicle and far
+//! above the rounding of time stamps, and are centred, so that they come neither early nor late.
 
 use crate::run::Signal;
 
 /// w: width of a softened edge, s.
 const WIDTH: f64 = 1e-3;
 
-/// Two samples of a line that are this close are an edge that was written as a line, s.
+/// Distance of two samples of a line up to which they are an edge that was written as a line, s.
 const STEEP: f64 = 1e-5;
 
-/// What a command does between its samples.
+/// Behaviour of a command between its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Between {
     /// It keeps the earlier sample.
@@ -33,7 +35,8 @@ pub(super) fn edges(signal: &Signal, between: Between) -> Vec<f64> {
     steep.into_iter().flat_map(|k| [time[k - 1], time[k]]).collect()
 }
 
-/// A command as a line whose edges are [`WIDTH`] wide, less where samples are as close, and where they begin and end.
+/// A command as a line with edges that are [`WIDTH`] wide, narrower where samples are as close, and
+/// the instants at which edges begin and end.
 pub(super) fn softened(signal: &Signal, between: Between) -> (Signal, Vec<f64>) {
     let (sharp, values, steep) = as_line(signal, between);
     let mut time = sharp.clone();
@@ -49,7 +52,8 @@ pub(super) fn softened(signal: &Signal, between: Between) -> (Signal, Vec<f64>) 
     (Signal::new(time.into(), values), borders)
 }
 
-/// A command as the corners of a line, held ones with an edge of no width, and which corners end an edge.
+/// The corners of a command as a line, where a held command has edges of zero width, and the
+/// indices of the corners that end an edge.
 fn as_line(signal: &Signal, between: Between) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
     let (given, x) = (signal.time(), signal.values());
     let (mut time, mut values, mut steep) = (Vec::new(), Vec::new(), Vec::new());

@@ -4,16 +4,17 @@
 //! f(x, θ, inputs)        ∂f/∂(x₀, θ) = A S + B,   A = ∂f/∂x,  B = ∂f/∂θ,  S = ∂x/∂(x₀, θ)
 //! ```
 //!
-//! A and B have entries in few places; S and the result are tables of `width` columns, row by row.
+//! A and B are sparse; S and the result are tables with `width` columns, row by row.
 
 use crate::dynamics::{Functions, Source};
 use crate::simd::Wide;
 use crate::symbolic::{Bound, Ends, Plan, Registers};
 
-/// Columns of S that are summed at a time, so that sums do not wait for each other and an entry of J is read once for all.
+/// Columns of S that are summed at a time, so that sums do not wait for each other and an entry of
+/// J is read once for all.
 const TOGETHER: usize = 4;
 
-/// A Jacobian's entries in one row: which value of the plan, in which column.
+/// A row of a Jacobian: index of the plan's value and column of each entry.
 #[derive(Debug, Clone, Default)]
 struct Row {
     /// ∂f/∂x
@@ -34,7 +35,7 @@ pub(crate) fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]
     registers
 }
 
-/// One set of functions with the registers that it works on.
+/// A set of functions with its registers.
 pub(crate) struct Evaluator<'a, const L: usize> {
     plan: &'a Plan,
     registers: Bound<'a, L>,
@@ -44,7 +45,7 @@ pub(crate) struct Evaluator<'a, const L: usize> {
 }
 
 impl<'a, const L: usize> Evaluator<'a, L> {
-    /// Of prepared registers; `width` columns of S, 0 without sensitivities.
+    /// The evaluator on prepared registers; `width`: columns of S, 0 without sensitivities.
     pub fn new(
         functions: &'a Functions,
         registers: &'a mut Registers<L>,
@@ -64,19 +65,20 @@ impl<'a, const L: usize> Evaluator<'a, L> {
         Evaluator { plan: &functions.plan, registers: registers.bind(), rows, width }
     }
 
-    /// What goes into an evaluation and what comes out: states and their sizes, inputs and parameters, values.
+    /// The registers of the inputs and results of an evaluation: states and their absolute values,
+    /// inputs and parameters, values.
     #[inline(always)]
     pub fn ends(&mut self) -> Ends<'_, L> {
         self.plan.ends(&mut self.registers)
     }
 
-    /// All values at the states, sizes and inputs that were written.
+    /// Computes all values for the states, absolute values and inputs that were written.
     #[inline(always)]
     pub fn evaluate<W: Wide<L>>(&mut self, wide: W) {
         self.plan.evaluate_sized(wide, &mut self.registers);
     }
 
-    /// Row by row J S + the direct part for J = [∂f/∂x | ∂f/∂θ]; `take` gets the place in the table and the number.
+    /// Computes A S + B row by row; `take` gets the index in the table and the value.
     #[inline(always)]
     pub fn chain<W: Wide<L>>(
         &mut self,

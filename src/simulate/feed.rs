@@ -1,11 +1,12 @@
-//! What several stretches that are integrated side by side read at each step: inputs, length of the step, grid points.
+//! Inputs, step lengths and grid points of several stretches that are integrated side by side.
 //!
 //! ```text
 //! step k:   inputs at t_k, t_k + h/2, t_k + h        h = 0 and inputs as they were for a lane that is done
 //! ```
 //!
-//! Where all lanes sail the same stretch its table is read in place. Else each number goes to its lane one step ahead: a
-//! register that is read right after one of its numbers was written waits for it.
+//! If all lanes integrate the same stretch, its table is read in place. Else each number is written
+//! to its lane one step ahead: reading a register right after one of its numbers was written has to
+//! wait.
 
 use super::Track;
 use crate::simd::{Lanes, Wide};
@@ -29,15 +30,16 @@ const INSTANTS: usize = 3;
 pub(crate) struct Feed<'a, const L: usize> {
     /// Length of this step, s.
     pub h: [f64; L],
-    /// Grid point each lane stands at; `None` for a lane that stands at none or is done.
+    /// Grid point of each lane; `None` for a lane between grid points or at its end.
     pub grid: [Option<usize>; L],
     tracks: &'a [Track],
     stretches: &'a [Option<Stretch>; L],
-    /// Steps of each lane, as its track counts them.
+    /// Range of steps of each lane, as its track counts them.
     ranges: [(usize, usize); L],
-    /// Inputs of the model.
+    /// Number of inputs of the model.
     slots: usize,
-    /// The table of the stretch that all lanes sail, if they do, from the instant before the first step on.
+    /// Inputs of this step in the track's table if all lanes have the same stretch; before the
+    /// first step those of the first grid point.
     shared: Option<&'a [f64]>,
     /// Inputs of this step.
     now: Lanes<L>,
@@ -46,7 +48,7 @@ pub(crate) struct Feed<'a, const L: usize> {
 }
 
 impl<'a, const L: usize> Feed<'a, L> {
-    /// At the beginning of the stretches, before any step.
+    /// The feed at the beginning of the stretches, before any step.
     pub fn new(tracks: &'a [Track], stretches: &'a [Option<Stretch>; L], slots: usize) -> Feed<'a, L> {
         let range = |stretch: Stretch| {
             let steps_to = &tracks[stretch.track].steps_to;
@@ -81,7 +83,8 @@ impl<'a, const L: usize> Feed<'a, L> {
         self.ranges.iter().map(|(begin, end)| end - begin).max().unwrap_or(0)
     }
 
-    /// Writes the inputs at one of the three instants of this step; before the first step only the first is there.
+    /// Writes the inputs of one of the three instants of this step; before the first step only the
+    /// first instant exists.
     #[inline(always)]
     pub fn put<W: Wide<L>>(&self, wide: W, instant: usize, to: &mut [[f64; L]]) {
         let here = instant * self.slots..(instant + 1) * self.slots;
@@ -93,7 +96,7 @@ impl<'a, const L: usize> Feed<'a, L> {
         }
     }
 
-    /// Goes on to the step `step`.
+    /// Moves to the step `step`.
     #[inline(always)]
     pub fn go_on(&mut self, step: usize) {
         if let (Some(table), Some(stretch)) = (&mut self.shared, self.stretches[0]) {
@@ -115,7 +118,7 @@ impl<'a, const L: usize> Feed<'a, L> {
         self.read(step + 1);
     }
 
-    /// Reads the inputs of the step `step` of every lane; those of lanes that are done stay.
+    /// Reads the inputs of the step `step` of every lane ahead; those of lanes at their end stay.
     #[inline(always)]
     fn read(&mut self, step: usize) {
         if self.shared.is_some() {

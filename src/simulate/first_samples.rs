@@ -1,57 +1,61 @@
-//! The first samples of a channel, where they are the sensor's fault.
+//! Detection of first samples of a channel that are faults of the sensor.
 //!
 //! ```text
-//! d_k = min(|y_k − ℓ₁₂|, |y_k − ℓ₃₅|, |y_k − ℓ₄₇|)     ℓ_ij: line through the samples k+i and k+j, at the instant of k
-//! a_k = min |y_k − y_{k+i}|,  i = 1, 2, 3               s: steps between the nine samples after the first three
+//! d_k = min(|y_k − ℓ₁₂|, |y_k − ℓ₃₅|, |y_k − ℓ₄₇|)   ℓ_ij: line through samples k+i and k+j at the time of k
+//! a_k = min |y_k − y_{k+i}|,  i = 1, 2, 3             s: the nine steps after the first three samples
 //! wild, of k = 0, 1, 2:   d_k > 3 q₉₀(d)  and  a_k > 3 q₈₀(s)         q₉₀: of the next 200 samples
-//!                         and no start from rest: y_{k+1} − y_k, y_{k+2} − y_{k+1}, y_{k+3} − y_{k+2} of one sign, each at most
-//!                         twice the next
+//!                         and no start from rest: y_{k+1} − y_k, y_{k+2} − y_{k+1}, y_{k+3} − y_{k+2}
+//!                         of one sign, each at most twice the next
 //! ```
 //!
-//! Nothing is known of a state before a stretch begins, so that its first samples are believed whatever they are, and an estimator
-//! that holds outliers back holds none back there. A first heading 30 deviations off made the innovations of a whole run coloured.
-//! Of three lines one is that of good samples even where two are wild. A step of its command sends a vehicle off from rest in an
-//! arc that bends by more from sample to sample than anything later in the log.
+//! Nothing is known of a state before a stretch begins, so that its first samples are accepted
+//! whatever they are, even by an estimator that holds outliers back. A first heading 30 standard
+//! deviations off made the innovations of a whole run coloured. Even if two samples are wild, one
+//! of the three lines goes through good ones. After a step of its command a vehicle starts from
+//! rest on a curve that bends more from sample to sample than anything later in the log.
 
 use super::track::NO_SAMPLE;
 
-/// Samples after the first beside which it is judged.
+/// Number of later samples against which the first ones are judged.
 const JUDGED: usize = 200;
 
-/// Fewer say nothing of what is usual.
+/// Minimum number of samples to judge against.
 const LEAST: usize = 20;
 
-/// What so many of ten samples stay below is usual.
+/// Quantile of the distances that counts as usual.
 const USUAL: f64 = 0.9;
 
-/// Steps that tell how steeply a run begins, and which of them: one wild sample makes two.
+/// Number of steps that show how steeply a run begins, and the quantile of them that counts: one
+/// wild sample makes two large steps.
 const NEAR: usize = 9;
 const STEEP: f64 = 0.8;
 
-/// By how many times the usual a wild sample is off: of Gaussian noise one in a million is.
+/// Ratio to the usual distance above which a sample is wild: with Gaussian noise one in a million.
 const TIMES: f64 = 3.0;
 
-/// A step from rest is at most so many times the next one: of a vehicle whose time constant is 1.5 samples or more.
+/// Largest ratio of a step from rest to the next step: for a vehicle with a time constant of 1.5
+/// samples or more.
 const SETTLES: f64 = 2.0;
 
-/// Samples of a beginning that are judged.
+/// Number of first samples that are judged.
 const FIRST: usize = 3;
 
-/// Later samples that the lines go through.
+/// Number of later samples that the lines use.
 const AHEAD: usize = 7;
 
-/// A first sample that takes no part.
+/// A first sample that is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FirstSample {
     /// Name of the channel.
     pub channel: String,
-    /// When, s.
+    /// Time stamp, s.
     pub time: f64,
-    /// What is logged, SI.
+    /// Logged value, SI.
     pub value: f64,
 }
 
-/// Takes wild first samples of each stretch out of `observed`, a row of one value an output a grid point.
+/// Removes the wild first samples of each stretch from `observed`, which has a row for each grid
+/// point with one value for each output. Returns them.
 pub(super) fn leave_out(observed: &mut [f64], time: &[f64], starts: &[usize], outputs: &[String]) -> Vec<FirstSample> {
     let width = outputs.len();
     let mut left_out = Vec::new();
@@ -73,7 +77,8 @@ pub(super) fn leave_out(observed: &mut [f64], time: &[f64], starts: &[usize], ou
     left_out
 }
 
-/// Which of the first samples are wild; of angles that are known but for whole turns, `turns`.
+/// Indices of the wild ones of the first samples. `turns`: the channel is an angle, known up to
+/// whole turns.
 fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
     let count = samples.len().saturating_sub(AHEAD);
     if count < FIRST + LEAST {
@@ -89,27 +94,27 @@ fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
         let steps: Vec<f64> = (*k..k + 3).map(|i| nearest_turn(samples[i + 1].1 - samples[i].1, turns)).collect();
         steps.windows(2).all(|s| s[0] * s[1] > 0.0 && s[0].abs() <= SETTLES * s[1].abs())
     };
-    // a channel that does not change says nothing of what is usual
+    // a channel that does not change does not show what is usual
     let far: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).collect();
     let wild: Vec<usize> = far.into_iter().filter(stands_off).filter(|k| !sets_off(k)).collect();
-    // all of them: that is how the run begins, and no fault
+    // if all are, the run begins like that, and it is no fault
     if wild.len() < FIRST { wild } else { Vec::new() }
 }
 
-/// A difference; of angles that are known but for whole turns the shortest one.
+/// A difference; for angles (`turns`), which are known up to whole turns, the smallest one.
 pub(crate) fn nearest_turn(difference: f64, turns: bool) -> f64 {
     let tau = std::f64::consts::TAU;
     if turns { difference - tau * (difference / tau).round() } else { difference }
 }
 
-/// The value below which this share of them lies; of none there is none to ask for.
+/// The value below which this share of the values lies. There must be at least one value.
 pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut values = values.to_vec();
     let at = (share * (values.len() - 1) as f64).round() as usize;
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// By how much the first sample is off the nearest of three lines through later ones.
+/// Distance of the first sample from the nearest of three lines through later ones.
 fn off_lines(samples: &[(f64, f64)], turns: bool) -> f64 {
     let (t0, y0) = samples[0];
     let above = |y: f64| nearest_turn(y - y0, turns);
@@ -126,7 +131,7 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// A slow turn through ±π at 10 Hz, its noise 0.01 rad, wild where `spikes` are added.
+    /// A slow turn through ±π at 10 Hz with noise of 0.01 rad, wild where `spikes` are added.
     fn heading(seed: u64, spikes: &[(usize, f64)]) -> (Vec<f64>, Vec<f64>) {
         let mut noise = Noise::new(seed, 7);
         let time: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k)).collect();
@@ -150,7 +155,8 @@ mod tests {
         assert_eq!(left_out(1, &[(0, 0.3)], &[0]), [0]);
         assert_eq!(left_out(1, &[(0, 0.3), (2, -0.5)], &[0]), [0, 2]);
         assert_eq!(left_out(1, &[(1, 0.3)], &[0]), [1]);
-        // after a gap, where another sample nearby is wild; in the middle of a stretch the estimator holds it back
+        // after a gap, where another sample nearby is wild; in the middle of a stretch the
+        // estimator holds it back
         assert_eq!(left_out(1, &[(150, -0.3), (152, 0.5), (80, 0.3)], &[0, 150]), [150, 152]);
         assert!(left_out(1, &[(3, 0.3), (5, 0.3)], &[0]).is_empty());
     }
@@ -168,7 +174,8 @@ mod tests {
         let mut noise = Noise::new(4, 7);
         let mut observed: Vec<f64> = time.iter().map(|t| 1.0 - (-t).exp() + 1e-4 * noise.normal()).collect();
         assert!(leave_out(&mut observed, &time, &[0], &["u".to_string()]).is_empty());
-        // a vehicle on its course that begins to turn between samples half a second apart, as a real log has it
+        // a vehicle on its course that begins to turn between samples half a second apart, as a
+        // real log has it
         let turn =
             [6.567, 6.609, 6.915, 7.464, 8.318, 8.977, 9.515, 9.788, 10.057, 10.216, 10.393, 10.506, 10.635, 10.716];
         let mut turning: Vec<f64> = (0..60).map(|k| turn.get(k).copied().unwrap_or(10.8 + 0.01 * k as f64)).collect();

@@ -1,4 +1,4 @@
-//! A whole run simulated from one initial state.
+//! Simulation of a whole run from one initial state.
 
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::model::Model;
@@ -8,11 +8,11 @@ use crate::symbolic::Registers;
 use super::single::sail_single;
 use super::{Stretch, Track, Trajectory, integrate_fast};
 
-/// How far from a measurement a simulation counts, in the unit of the channel.
+/// Largest distance of a simulated value from the measured one, in the unit of the channel.
 const REACH: f64 = 1e3;
 
-/// A simulated value, at most a thousand units from the measured one: a simulation that runs away is as wrong as can be,
-/// not more, and whether it ends in infinity or in NaN says nothing.
+/// The simulated value, limited to a thousand units from the measured one: the error of a diverging
+/// simulation is bounded, and the same whether it ends in infinity or in NaN.
 pub fn in_reach(simulated: f64, measured: f64) -> f64 {
     if simulated.is_finite() { simulated.clamp(measured - REACH, measured + REACH) } else { measured + REACH }
 }
@@ -22,12 +22,13 @@ pub fn values_in_run(model: &Model, run: usize) -> Vec<f64> {
     model.parameters.iter().map(|p| p.per_run.get(run).copied().unwrap_or(p.value)).collect()
 }
 
-/// Quasi-steady values of the memory states at grid point `k`, when the other states are `x`.
+/// Quasi-steady values of the memory states at grid point `k` if the other states are `x`.
 pub fn memory_start(dynamics: &Dynamics, track: &Track, theta: &[f64], k: usize, x: &[f64]) -> Vec<f64> {
     values_at(&dynamics.start, dynamics, track, theta, k, x)
 }
 
-/// Values of `functions` of a compiled model at grid point `k` in the state `x`; states that `x` does not have are 0.
+/// Values of `functions` of a compiled model at grid point `k` in the state `x`; states that `x`
+/// does not have are 0.
 pub fn values_at(
     functions: &Functions,
     dynamics: &Dynamics,
@@ -41,7 +42,7 @@ pub fn values_at(
     values
 }
 
-/// [`values_at`], followed by the entries of the Jacobians that `functions` have.
+/// [`values_at`], followed by the entries of the Jacobians of `functions`.
 pub(super) fn with_jacobian_at(
     functions: &Functions,
     dynamics: &Dynamics,
@@ -66,8 +67,8 @@ pub(super) fn with_jacobian_at(
     (0..count).map(|k| functions.plan.output(&registers, k)[0]).collect()
 }
 
-/// Simulates the stretch of `track` from grid point `first` to `last` from the state `x0` (velocities and positions;
-/// memory starts quasi-steady).
+/// Simulates the stretch of `track` from grid point `first` to `last` from the state `x0`
+/// (velocities and positions; memory starts quasi-steady).
 pub fn free_run(
     dynamics: &Dynamics,
     track: &Track,

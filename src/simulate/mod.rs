@@ -4,8 +4,9 @@
 //! ẋ = f(x, θ, inputs)        Ṡ = A S + B,   S = ∂x/∂(x₀, θ)
 //! ```
 //!
-//! A [`Track`] is a run made ready: its inputs at every stage of every step, its observations at every sample.
-//! [`integrate`] carries `L` stretches of tracks side by side. [`rk4()`] is the plain scheme for any function.
+//! A [`Track`] is a prepared run: its inputs at every stage of every step, its observations at
+//! every sample. [`integrate`] integrates `L` stretches of tracks side by side. [`rk4()`] is the
+//! plain scheme for any function.
 
 mod edges;
 mod evaluator;
@@ -32,6 +33,6 @@ pub use time_constant::quickest_time_constants;
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
 pub use trajectory::Trajectory;
 
-/// Shortest time constant that a memory of the model may have, s. The scheme follows it in steps of half of it; what is
-/// quicker acts at once beside the samples of any log.
+/// Shortest time constant of a memory of the model, s. The scheme follows it in steps of half of
+/// it; compared with the sample time of any log, a quicker memory acts at once.
 pub const QUICKEST: f64 = 0.02;

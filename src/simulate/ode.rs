@@ -5,12 +5,12 @@
 //! k₁ = f(t, y),  k₂ = f(t + h/2, y + h/2 k₁),  k₃ = f(t + h/2, y + h/2 k₂),  k₄ = f(t + h, y + h k₃)
 //! ```
 //!
-//! Kutta, *Zeitschrift für Mathematik und Physik* 46 (1901) 435-453. Of fourth order where f is smooth within each
-//! step: put the instants at which an input jumps on the grid.
+//! Kutta, *Zeitschrift für Mathematik und Physik* 46 (1901) 435-453. The order is four if f is
+//! smooth within each step: put the instants at which an input jumps on the grid.
 
 use thiserror::Error;
 
-/// Why a solution cannot be found. `E` is the error of the user's function.
+/// The reason why a solution cannot be found. `E` is the error of the user's function.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum OdeError<E> {
     /// A time stamp or an initial value is no finite number.
@@ -18,40 +18,41 @@ pub enum OdeError<E> {
     Input {
         /// `time stamp` or `initial value`.
         what: &'static str,
-        /// Which of them, from 0.
+        /// Its index, from 0.
         index: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
     /// No step between grid points.
     #[error("at least one step from grid point to grid point is needed, not 0")]
     NoSteps,
-    /// The solution left the finite numbers.
+    /// The solution is no longer finite.
     #[error("component {component} of the solution is {value} at t = {time}; a smaller step may help")]
     NotFinite {
         /// Time of the end of the step, s.
         time: f64,
         /// Component, from 0.
         component: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
     /// The user's function failed.
     #[error("the function failed at t = {time}: {error}")]
     Function {
-        /// Time it was asked for, s.
+        /// Time of the call, s.
         time: f64,
-        /// What it said.
+        /// Its error.
         error: E,
     },
 }
 
-/// Solves ẏ = f(t, y) from `y0` at the first of the instants `time` to each of the others, with `substeps` equal steps
-/// from one to the next. `f` writes the rate of `y` at `t` into its last argument, which has as many components as
-/// `y0`. Returns `time.len()` rows of `y0.len()` values, the first being `y0`.
+/// Solves ẏ = f(t, y) from `y0` at the first of the instants `time` to each of the others, with
+/// `substeps` equal steps from one to the next. `f` writes the rate of `y` at `t` into its last
+/// argument, which has as many components as `y0`. Returns `time.len()` rows of `y0.len()` values,
+/// the first of which is `y0`.
 ///
 /// # Errors
-/// [`OdeError`] for inputs or solutions that are not finite, and whatever `f` fails with.
+/// [`OdeError`] for inputs or solutions that are not finite, and for errors of `f`.
 pub fn rk4<E>(
     mut f: impl FnMut(f64, &[f64], &mut [f64]) -> Result<(), E>,
     time: &[f64],
@@ -106,7 +107,7 @@ mod tests {
 
     use super::*;
 
-    /// A cubic in t is integrated exactly: the scheme is Simpson's rule there.
+    /// A cubic in t is integrated exactly: for it the scheme is Simpson's rule.
     #[test]
     fn exact_for_a_cubic_of_time() {
         let rate = |t: f64, _: &[f64], out: &mut [f64]| -> Result<(), Infallible> {

@@ -1,16 +1,17 @@
-//! What a channel of a run says at an instant.
+//! The value of a channel of a run at an instant.
 //!
 //! ```text
 //! line:  x_k + (x_{k+1} − x_k)/(t_{k+1} − t_k) (t − t_k)        held:  x_k        t_k ≤ t < t_{k+1}
 //! ```
 //!
-//! Constant outside the samples. Where a held channel jumps there is a value just before and one just after.
+//! Constant outside the samples. At a jump a held channel has a value just before and another just
+//! after.
 
 use super::edges::{Between, edges, softened};
 use crate::run::{Signal, rounding};
 use crate::symbolic::Leaf;
 
-/// Where an input comes from.
+/// The source of an input.
 #[derive(Debug, Clone)]
 pub(super) enum Channel {
     /// The time of the run, counted from this stamp, s.
@@ -31,8 +32,8 @@ pub(super) struct Input {
 }
 
 impl Input {
-    /// The input that `leaf` reads from `channel`, a command with what it does between samples. `sought`: its delay is
-    /// to be found.
+    /// The input that `leaf` reads from `channel`. `command`: behaviour between samples, for a
+    /// command; `sought`: its delay is estimated.
     pub(super) fn new(leaf: Leaf, channel: Channel, command: Option<Between>, sought: bool) -> Input {
         let rate = matches!(leaf, Leaf::Rate(_) | Leaf::DelayedRate { .. });
         let delay = match leaf {
@@ -52,7 +53,7 @@ impl Input {
         }
     }
 
-    /// How late it is read at these values of the parameters, s.
+    /// Delay of the input for these parameter values, s.
     pub(super) fn late(&self, theta: &[f64]) -> f64 {
         self.delay.map_or(0.0, |p| theta[p])
     }
@@ -63,7 +64,7 @@ impl Input {
         self.edges.iter().map(move |t| t + late)
     }
 
-    /// A reader that stands at the beginning.
+    /// A reader at the beginning of the channel.
     pub(super) fn reader(&self) -> Reader<'_> {
         Reader { channel: &self.channel, near: 0, held: self.between == Between::Held, rate: self.rate }
     }

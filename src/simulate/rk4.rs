@@ -1,4 +1,4 @@
-//! The classical Runge-Kutta scheme, several stretches side by side.
+//! The classical Runge-Kutta scheme for several stretches side by side.
 //!
 //! ```text
 //!   0  |
@@ -9,8 +9,9 @@
 //!      | 1/6  1/3  1/3  1/6
 //! ```
 //!
-//! Kutta, *Zeitschrift für Mathematik und Physik* 46 (1901) 435-453. Sensitivities S = ∂x/∂(x₀, θ) go through the same
-//! stages: Ṡ = A S + B is the derivative of the scheme itself, so that they are exact for the discrete solution.
+//! Kutta, *Zeitschrift für Mathematik und Physik* 46 (1901) 435-453. Sensitivities S = ∂x/∂(x₀, θ)
+//! go through the same stages: Ṡ = A S + B is the derivative of the scheme itself, so that they are
+//! exact for the discrete solution.
 
 use super::evaluator::{Evaluator, prepared};
 use super::feed::Feed;
@@ -20,13 +21,13 @@ use crate::progress;
 use crate::simd::{Lanes, Machine, Wide, Widths, Work};
 use crate::symbolic::Ends;
 
-/// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
+/// Number of steps between two checks for cancellation: some hundred microseconds.
 const STEPS_A_LOOK: usize = 64;
 
-/// What is handed over at each grid point of each lane.
+/// The results at the grid points of the lanes.
 #[derive(Debug)]
 pub struct Emission<'a, const L: usize> {
-    /// Grid point each lane stands at; `None` for a lane that stands at none or is done.
+    /// Grid point of each lane; `None` for a lane between grid points or at its end.
     pub grid: &'a [Option<usize>; L],
     /// States.
     pub states: &'a [[f64; L]],
@@ -36,11 +37,12 @@ pub struct Emission<'a, const L: usize> {
     pub jacobian: &'a [[f64; L]],
 }
 
-/// The four stages: weight, how far the next one stands from the begin, and the instant of its inputs if they are others.
+/// The four stages: weight, distance of the next stage from the beginning in steps, and the instant
+/// of its inputs if they change.
 const STAGES: [(f64, f64, Option<usize>); 4] =
     [(1.0, 0.5, Some(1)), (2.0, 0.5, None), (2.0, 1.0, Some(2)), (1.0, 0.0, None)];
 
-/// What is integrated: `L` stretches side by side.
+/// The arguments of an integration of `L` stretches side by side.
 struct Integration<'a, 'e, const L: usize, E: FnMut(&Emission<'_, L>) + ?Sized> {
     dynamics: &'a Dynamics,
     tracks: &'a [Track],
@@ -60,7 +62,7 @@ impl<const L: usize, E: FnMut(&Emission<'_, L>) + ?Sized> Work<L> for Integratio
     }
 }
 
-/// [`integrate`] with the widest registers that the machine has.
+/// [`integrate`] with the widest registers of the machine.
 pub fn integrate_fast<const L: usize>(
     dynamics: &Dynamics,
     tracks: &[Track],
@@ -75,9 +77,9 @@ pub fn integrate_fast<const L: usize>(
     Machine::widest(Integration { dynamics, tracks, stretches, theta, x0, sensitivities, emit });
 }
 
-/// Integrates `L` stretches side by side from the states `x0` with the parameters `theta` (each a value a lane) and
-/// hands over every grid point of each, the first included. With `sensitivities` also the Jacobian of the outputs by
-/// initial states and directions.
+/// Integrates `L` stretches side by side from the states `x0` with the parameters `theta` (each
+/// with a value for every lane). Calls `emit` at every grid point, the first included; with
+/// `sensitivities` also with the Jacobian of the outputs by initial states and directions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // what is integrated, with which registers
 pub fn integrate<const L: usize, W: Wide<L>>(
@@ -96,7 +98,7 @@ pub fn integrate<const L: usize, W: Wide<L>>(
     let mut rates = Evaluator::new(&dynamics.rates, &mut rates, nx, width);
     let mut observe = Evaluator::new(&dynamics.observation, &mut observe, nx, width);
 
-    // bound once: what lies in memory does not move from here on
+    // slices are taken once: the memory does not move from here on
     let (mut x, mut s, mut sum_x) = (Lanes::of(x0), Lanes::<L>::zeros(nx * width), Lanes::<L>::zeros(nx));
     let (x, s, sum_x) = (&mut x[..nx], &mut s[..], &mut sum_x[..nx]);
     for k in 0..nx.min(width) {
@@ -107,14 +109,14 @@ pub fn integrate<const L: usize, W: Wide<L>>(
     for ((state, size), x) in states.iter_mut().zip(sizes).zip(x.iter()) {
         (*state, *size) = (*x, x.map(f64::abs));
     }
-    // S where a stage stands, where the next one does, and Σ b k
+    // S at this stage, at the next one, and Σ b k
     let (mut here, mut there, mut sum_s) = (Lanes::of(s), Lanes::of(s), Lanes::<L>::zeros(nx * width));
     let (mut here, mut there, sum_s) = (&mut here[..], &mut there[..], &mut sum_s[..]);
     let (mut direct, mut seen) = (Lanes::<L>::zeros(nx * width), Lanes::<L>::zeros(ny * width));
     let mut jacobian = Lanes::<L>::zeros(ny * width);
     let (direct, seen, jacobian) = (&mut direct[..], &mut seen[..], &mut jacobian[..]);
 
-    // sensors that tell the states themselves have nothing to be computed
+    // outputs that are the states themselves need no computation
     let sees_states = dynamics.observation.plan.is_states(ny);
     let mut feed = Feed::new(tracks, stretches, dynamics.inputs.len());
     let (mut at_hand, longest) = (0, feed.steps());
@@ -235,8 +237,8 @@ mod tests {
         free_run(&dynamics, &track, &model.values(), &[0.0], 0, track.time.len() - 1)
     }
 
-    /// u = U tanh(t/T) under a constant force, with U = √(F/k), T = m/√(kF); classical RK4 at a hundredth of T is good to
-    /// some 1e-10 of U.
+    /// u = U tanh(t/T) under a constant force, with U = √(F/k), T = m/√(kF); classical RK4 with
+    /// steps of T/100 has an error of about 1e-10 of U.
     #[test]
     fn exact_start_from_rest_under_constant_force() {
         let (m, k, force) = (300.0, 130.0, 145.0);
@@ -247,7 +249,8 @@ mod tests {
         }
     }
 
-    /// One trajectory has its states in the lanes, several have themselves there: the same but for roundings of 1e-16.
+    /// With one trajectory the lanes are the states, with several they are the trajectories: the
+    /// results agree but for roundings of 1e-16.
     #[test]
     fn law_single_and_side_by_side_agree() {
         let model = surge(841.93, 82.3, 309.07);
@@ -271,7 +274,8 @@ mod tests {
         assert_eq!((k, single.time.len(), single.time[0]), (last - 2, last - 2, track.time[3]));
     }
 
-    /// Sensitivities are the derivative of the discrete solution: central differences agree to their own accuracy.
+    /// Sensitivities are the derivative of the discrete solution: central differences agree to
+    /// their own accuracy.
     #[test]
     fn law_sensitivities_agree_with_differences() {
         let model = surge(841.93, 82.3, 309.07);

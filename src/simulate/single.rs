@@ -1,7 +1,8 @@
-//! One trajectory by the classical Runge-Kutta scheme, its states in the lanes of one register.
+//! Integration of one trajectory by the classical Runge-Kutta scheme, its states in the lanes of
+//! one register.
 //!
-//! The scheme is that of [`integrate`](super::integrate). There lanes are trajectories; where there is but one, the
-//! states themselves are the lanes, see [`Dense`].
+//! The scheme is that of [`integrate`](super::integrate). There the lanes are trajectories; with
+//! one trajectory the lanes are its states, see [`Dense`].
 
 use super::{Track, Trajectory};
 use crate::dynamics::{Dynamics, Functions, Source};
@@ -9,11 +10,11 @@ use crate::progress;
 use crate::simd::{Four, Plain};
 use crate::symbolic::{Dense, Registers};
 
-/// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
+/// Number of steps between two checks for cancellation: some hundred microseconds.
 const STEPS_A_LOOK: usize = 4096;
 
-/// Simulates grid points `first` to `last` of a track from the states `x0`. `None` where the model has more than 16 states
-/// or outputs or is too large.
+/// Simulates the grid points of `range` of a track, both ends included, from the states `x0`.
+/// `None` if the model has more than 16 states or outputs or is too large.
 pub(super) fn sail_single(
     dynamics: &Dynamics,
     track: &Track,
@@ -29,7 +30,8 @@ pub(super) fn sail_single(
     }
 }
 
-/// Rows of `width` numbers, each written as the fours that hold it; what stands beyond goes again.
+/// Rows of `width` numbers. Each row is written in whole vectors of four, and the excess is
+/// removed.
 struct Table {
     values: Vec<f64>,
     width: usize,
@@ -111,15 +113,15 @@ fn steps<F: Four, const Q: usize>(
     }
     let substeps = track.steps_to[first + 1]..track.steps_to[last + 1];
     let tables = track.inputs[3 * slots * substeps.start..3 * slots * substeps.end].chunks_exact((3 * slots).max(1));
-    // without inputs there is no table to walk along
+    // without inputs there is no table
     let tables = tables.map(Some).chain(std::iter::repeat(None));
     let at_first = &track.inputs_at[first * slots..(first + 1) * slots];
-    // sensors that tell the states themselves have nothing to be computed
+    // outputs that are the states themselves need no computation
     let sees_states = dynamics.observation.plan.is_states(dynamics.outputs.len());
     let mut seen = observe.drive(four, at_first);
     states.push(four, &x);
     outputs.push(four, &observe.evaluate(four, &seen, &x));
-    // inputs that the rates were driven with last
+    // the inputs for which the rates were driven last
     let (mut driven, mut with) = (rates.drive(four, at_first), at_first);
     for (k, (substep, table)) in track.substeps[substeps].iter().zip(tables).enumerate() {
         if k % STEPS_A_LOOK == 0 {
@@ -136,7 +138,7 @@ fn steps<F: Four, const Q: usize>(
         let driven_there = rates.drive(four, middle);
         let k2 = rates.evaluate(four, &driven_there, &plus(four, &x, half, &k1));
         let k3 = rates.evaluate(four, &driven_there, &plus(four, &x, half, &k2));
-        // all that is there before the last stage, so that little waits for it
+        // summed before the last stage, so that little has to wait for it
         let before = plus(four, &plus(four, &k1, two, &k2), two, &k3);
         let before = plus(four, &x, sixth, &before);
         (driven, with) = (rates.drive(four, end), end);

@@ -1,11 +1,12 @@
-//! The quickest time constants of a motion: what the steps of the integrator have to follow.
+//! The quickest time constants of a motion, which limit the steps of the integrator.
 //!
 //! ```text
 //! T = 1 / max(|λ|, |ω|),   λ: eigenvalues of ∂f/∂ν, and of ∂f/∂memories, ω: turn rates, at the logged motion
 //! ```
 //!
-//! For one degree of freedom T = m / (d_L + 2 d_Q |ν|). The Runge-Kutta scheme with steps of h decays by a rate that is
-//! (h/T)⁴/120 of itself too small: 0.05 % with half of the time constant, 0.8 % with the whole.
+//! For one degree of freedom T = m / (d_L + 2 d_Q |ν|). With steps of h the Runge-Kutta scheme has
+//! a relative error of the decay rate of (h/T)⁴/120, towards slower decay: 0.05 % for half of the
+//! time constant, 0.8 % for the whole.
 
 use nalgebra::DMatrix;
 
@@ -15,18 +16,20 @@ use crate::chain::StateId;
 use crate::dynamics::Dynamics;
 use crate::eigenvalues::eigenvalues;
 
-/// From one instant that is looked at to the next, s.
+/// Distance of the instants that are evaluated, s.
 const APART: f64 = 1.0;
 
-/// Samples on each side over which a velocity that is not measured is read off its pose.
+/// Number of later samples that are searched to derive an unmeasured velocity from its pose.
 const ASIDE: usize = 5;
 
-/// Shortest time constant of a motion that steps follow, s: with half of it the rate of one of 0.05 s is good to 0.05 %, of one
-/// half as long to 1 %. Vehicles are slower; what a search tries on its way is not worth more.
+/// Shortest time constant of a motion that steps follow, s. With steps of half of it the rate of a
+/// time constant of 0.05 s has an error of 0.05 %, and of half of that 1 %. Vehicles are slower;
+/// quicker motions that a search tries need no better.
 const QUICKEST_MOTION: f64 = 0.05;
 
-/// The quickest time constant of the motion of `track` and of its memories about each of its grid points, s; at least 0.05 and
-/// [`QUICKEST`], infinite where nothing decays and nothing turns. `dynamics` has the Jacobian by its states.
+/// The quickest time constant of the motion of `track`, and of its memories, near each grid point,
+/// s; at least 0.05 and [`QUICKEST`], infinite if nothing decays and nothing turns. `dynamics` must
+/// have the Jacobian by its states.
 pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]) -> Vec<f64> {
     let states = || dynamics.states.iter().enumerate();
     let moving: Vec<usize> = states().filter(|(_, id)| matches!(id, StateId::Velocity(_))).map(|(k, _)| k).collect();
@@ -49,7 +52,7 @@ pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]
                     jacobian[(row, column)] = *slope;
                 }
             }
-            // no eigenvalue is beyond the norm; what is no number bounds no step
+            // no eigenvalue exceeds the norm; a norm that is not finite limits no step
             let norm = jacobian.norm();
             let quickest = eigenvalues(&jacobian).map_or(if norm.is_finite() { norm } else { 0.0 }, |values| {
                 values.iter().map(|value| value.norm()).fold(0.0, f64::max)
@@ -67,7 +70,7 @@ pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]
     let rates: Vec<f64> = instants.iter().map(|k| rate(*k)).collect();
     let mut constants = Vec::with_capacity(track.time.len());
     for (i, begin) in instants.iter().enumerate() {
-        // between two instants the motion is as quick as at either
+        // between two instants the quicker of the two counts
         let quickest = rates[i].max(rates.get(i + 1).copied().unwrap_or(0.0));
         let end = instants.get(i + 1).copied().unwrap_or(track.time.len());
         constants.resize(constants.len() + end - begin, 1.0 / quickest);
@@ -75,7 +78,7 @@ pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]
     constants
 }
 
-/// The state at a grid point as the log has it near there: measured, from the pose, or else 0.
+/// The state near a grid point by the log: as measured, else from the pose, else 0.
 fn state_near(dynamics: &Dynamics, track: &Track, k: usize) -> Vec<f64> {
     let width = dynamics.outputs.len();
     let sample = |channel: &str, around: std::ops::Range<usize>| {
@@ -90,7 +93,7 @@ fn state_near(dynamics: &Dynamics, track: &Track, k: usize) -> Vec<f64> {
     };
     let value = |id: &StateId| match id {
         StateId::Velocity(dof) => near(dof.velocity()).map(|(_, v)| v).or_else(|| {
-            // along whichever axis of the body
+            // the speed, taken along any axis of the body
             let speed = || ["x", "y", "z"].iter().filter_map(|axis| change(axis)).reduce(f64::hypot);
             if dof.is_rotation() { change(dof.position()) } else { speed() }
         }),

@@ -1,9 +1,9 @@
-//! A run made ready for the integrator.
+//! A run prepared for the integrator.
 //!
-//! The grid is the union of the time stamps of the observed channels. Between two grid points the step is divided where
-//! commands have edges, as late as a delay brings them, and so that no substep is longer than the limit. Every substep has
-//! its inputs at its beginning, middle and end, with what the run's interpolation says there: for held inputs the end of a
-//! step still has the sample of its beginning.
+//! The grid is the union of the time stamps of the observed channels. Between two grid points the
+//! step is divided at the edges of the commands, shifted by their delay, and so that no substep is
+//! longer than the limit. Every substep has its inputs at its beginning, middle and end, by the
+//! run's interpolation: for held inputs the end of a step still has the sample of its beginning.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ use crate::symbolic::Leaf;
 /// Marks an instant at which a channel has no sample.
 pub const NO_SAMPLE: f64 = f64::NAN;
 
-/// Why a run cannot be simulated or fitted.
+/// The reason why a run cannot be simulated or fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TrackError {
     /// The model reads a channel that the run does not have.
@@ -40,7 +40,7 @@ pub enum TrackError {
         /// How many it has.
         samples: usize,
     },
-    /// So many steps between its instants that its time is hardly in seconds.
+    /// So many steps between the instants that the time stamps are probably not in seconds.
     #[error(
         "run `{run}` has {samples} instants over {seconds:.4e} s: at {longest} s a step that is {steps:.4e} steps of the integrator; \
          if its time stamps are no seconds set time_unit, else set fit.longest_step"
@@ -50,11 +50,11 @@ pub enum TrackError {
         run: String,
         /// How many instants it has.
         samples: usize,
-        /// What they span, gaps not counted, s.
+        /// Their time span without gaps, s.
         seconds: f64,
         /// Longest step that is allowed, s.
         longest: f64,
-        /// Steps that it would take.
+        /// Number of steps that it would take.
         steps: f64,
     },
 }
@@ -70,7 +70,7 @@ pub struct Substep {
     pub ends_at: Option<usize>,
 }
 
-/// A run made ready.
+/// A run prepared for the integrator.
 #[derive(Debug, Clone)]
 pub struct Track {
     /// Name of the run.
@@ -79,33 +79,37 @@ pub struct Track {
     pub run: usize,
     /// Time stamps of the grid, s.
     pub time: Vec<f64>,
-    /// Observations: `time.len()` rows of one value an output of the dynamics, [`NO_SAMPLE`] where there is none.
+    /// Observations: `time.len()` rows with one value for each output of the dynamics,
+    /// [`NO_SAMPLE`] if there is none.
     pub observed: Vec<f64>,
-    /// First samples that are left out of it.
+    /// First samples that are left out of the observations.
     pub left_out: Vec<FirstSample>,
-    /// First grid point of each stretch without a gap of the log or of a sensor that the model reads; starts with 0.
+    /// First grid point of each stretch without a gap of the log or of a sensor that the model
+    /// reads; starts with 0.
     pub starts: Vec<usize>,
     /// Steps of the integrator; those that end at grid point k are `steps_to[k]..steps_to[k + 1]`.
     pub substeps: Vec<Substep>,
     /// Index of the first substep that leads to grid point k from k − 1; one more entry than grid points.
     pub steps_to: Vec<usize>,
-    /// Inputs: for each substep, beginning, middle and end, one value an input of the dynamics.
+    /// Inputs: for each substep at its beginning, middle and end one value for each input of the
+    /// dynamics.
     pub inputs: Vec<f64>,
     /// Inputs at each grid point.
     pub inputs_at: Vec<f64>,
     sources: Vec<Input>,
     /// Longest step after each grid point, s.
     longest: Vec<f64>,
-    /// Parts into which each step is divided beyond that.
+    /// Number of parts into which each of these steps is further divided.
     parts: usize,
 }
 
 impl Track {
-    /// Makes a run ready for `dynamics`. `theta` holds the values of the model's parameters (delays are among them),
-    /// `interpolation` says what commands do between samples, `longest` is the longest step, s.
+    /// Prepares a run for `dynamics`. `theta`: values of the model's parameters, delays among them;
+    /// `interpolation`: behaviour of commands between samples; `longest`: longest step, s.
     ///
     /// # Errors
-    /// [`TrackError`] when a channel is missing or the run is too short.
+    /// [`TrackError`] if a channel is missing, or the run is too short or would take too many
+    /// steps.
     pub fn new(
         run: &Run,
         index: usize,
@@ -136,7 +140,8 @@ impl Track {
         if time.len() < 2 {
             return Err(TrackError::TooShort { run: run.name.clone(), samples: time.len() });
         }
-        // states are simulated over the silence of a sensor; a sensor that is read in place of a state is not
+        // a state is simulated over a gap of its sensor; a channel that the model reads as an input
+        // is not
         let cuts = gaps_of(run, dynamics.inputs.iter().map(|(_, name)| name.as_str()));
         let starts = starts(&time, &cuts);
         affordable(run, &time, &starts, longest)?;
@@ -161,7 +166,8 @@ impl Track {
         Ok(track)
     }
 
-    /// Divides the intervals of the grid at the edges of the commands, and what is left into steps that are short enough.
+    /// Divides the intervals of the grid at the edges of the commands, and the parts into steps
+    /// that are short enough.
     fn divide(&mut self, theta: &[f64]) {
         let mut stops: Vec<f64> = self.sources.iter().flat_map(|source| source.stops(theta)).collect();
         stops.sort_unstable_by(f64::total_cmp);
@@ -202,8 +208,9 @@ impl Track {
         &self.longest
     }
 
-    /// Takes steps of at most so many seconds after each grid point from now on, where those until now are longer by a quarter
-    /// or less than half as long; whether any were. The inputs have to be read again then.
+    /// Changes the longest steps after the grid points to `steps`, s, where the present ones are
+    /// more than 1.25 times as long or less than half as long. Returns whether any has changed; the
+    /// inputs must then be read again.
     pub fn follow(&mut self, steps: impl Iterator<Item = f64>) -> bool {
         let mut any = false;
         for (own, step) in self.longest.iter_mut().zip(steps) {
@@ -214,7 +221,8 @@ impl Track {
         any
     }
 
-    /// Divides the run into steps and reads the inputs; again whenever a delay among the parameters has changed.
+    /// Divides the run into steps and reads the inputs. Call it again whenever a delay among the
+    /// parameters has changed.
     pub fn read_inputs(&mut self, dynamics: &Dynamics, theta: &[f64]) {
         self.divide(theta);
         let width = dynamics.inputs.len();
@@ -239,11 +247,12 @@ impl Track {
     }
 }
 
-/// Refuses what would take steps without end.
+/// Returns an error if the run would take too many steps.
 fn affordable(run: &Run, time: &[f64], starts: &[usize], longest: f64) -> Result<(), TrackError> {
-    /// Steps between two instants, in the mean: a sample every 20 s at the usual longest step shows no dynamics.
+    /// Limit of the mean number of steps between two instants: a sample every 20 s at the usual
+    /// longest step shows no dynamics.
     const MOST: f64 = 200.0;
-    /// Steps that any run may take.
+    /// Number of steps that any run may take.
     const ALWAYS: f64 = 1e4;
     let inside = |k: &usize| starts.binary_search(k).is_err();
     let seconds: f64 = (1..time.len()).filter(inside).map(|k| time[k] - time[k - 1]).sum();
@@ -254,7 +263,7 @@ fn affordable(run: &Run, time: &[f64], starts: &[usize], longest: f64) -> Result
     Err(TrackError::TooManySteps { run: run.name.clone(), samples, seconds, longest, steps })
 }
 
-/// Union of the observed channels' time stamps; that of the commands where nothing is observed.
+/// Union of the time stamps of the observed channels, or of the commands if nothing is observed.
 fn grid<'a>(observed: &[Option<&'a Signal>], commands: impl Iterator<Item = &'a Signal>) -> Vec<f64> {
     let mut stamps: Vec<&[f64]> = observed.iter().flatten().map(|s| s.time()).collect();
     if stamps.is_empty() {
@@ -270,7 +279,7 @@ fn grid<'a>(observed: &[Option<&'a Signal>], commands: impl Iterator<Item = &'a 
     time
 }
 
-/// Bits that sort as the numbers do.
+/// Bits that sort like the numbers.
 fn ordered(x: f64) -> u64 {
     let bits = x.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
@@ -296,7 +305,8 @@ fn on_grid(observed: &[Option<&Signal>], time: &[f64]) -> Vec<f64> {
     table
 }
 
-/// Grid points at which a stretch begins: the first, and the first at or after each gap's end.
+/// Grid points at which a stretch begins: the first one, and the first at or after the end of each
+/// gap.
 fn starts(time: &[f64], gaps: &[f64]) -> Vec<usize> {
     let mut starts = vec![0];
     for gap in gaps {

@@ -1,22 +1,24 @@
-//! What a [`Plan`](super::Plan) does at every instant: batches of one operation each, and rows that are summed in one go.
+//! The operations of a [`Plan`](super::Plan) at every instant: batches of one kind of operation,
+//! and rows that are summed in one loop.
 //!
 //! ```text
 //! row = c₀ + Σ cₖ aₖ bₖ        b may be the register that holds 1
 //! ```
 //!
-//! Terms of one factor and of two go through the same loop: what a loop of its own costs to enter is more than a product.
-//! Coefficients change with the parameters alone: they are gathered once, in the order in which they are used.
+//! Terms with one factor and with two share a loop: entering a second loop costs more than a
+//! product. Coefficients change with the parameters alone: they are gathered once, in the order in
+//! which they are used.
 
 use std::ops::{Index, IndexMut};
 
 use super::graph::{Binary, Unary};
 use crate::simd::Wide;
 
-/// Where a register is.
+/// The index of a register.
 pub(super) trait Place: Copy {
-    /// From its number, which fits.
+    /// The index from a number, which must fit.
     fn of(register: u32) -> Self;
-    /// Its number.
+    /// The number.
     fn index(self) -> usize;
 }
 
@@ -55,7 +57,7 @@ pub(super) struct Operation<P> {
     pub out: P,
 }
 
-/// A sum of terms, added to the register `start`; how many says the batch.
+/// A sum of terms, added to the register `start`; the batch says how many terms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<P> {
     pub out: P,
@@ -65,12 +67,12 @@ pub(super) struct Row<P> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Each(Code),
-    /// Rows of so many terms.
+    /// Rows with this number of terms.
     Rows(usize),
 }
 
 impl Kind {
-    /// Where it stands among others of its level.
+    /// Rank among the kinds of one level.
     pub fn order(self) -> usize {
         match self {
             Kind::Each(Code::Copy) => 0,
@@ -103,7 +105,7 @@ pub(super) struct Body<P> {
 }
 
 impl Body<u32> {
-    /// The same with other places, which must be able to name all registers.
+    /// The same body with another index type, which must be able to index all registers.
     pub fn with_places<P: Place>(&self) -> Body<P> {
         let operation =
             |o: &Operation<u32>| Operation { code: o.code, a: P::of(o.a), b: P::of(o.b), out: P::of(o.out) };
@@ -125,7 +127,7 @@ impl<P: Place> Body<P> {
         self.operations.len() + self.rows.len()
     }
 
-    /// Whether it copies the registers `0..count`, states, to those from `first` on and does nothing else.
+    /// Whether it only copies the registers `0..count`, which are states, to those from `first` on.
     pub fn copies_to(&self, first: usize, count: usize, states: usize) -> bool {
         let copy =
             |o: &Operation<P>| o.code == Code::Copy && o.a.index() < count && o.out.index() == first + o.a.index();
@@ -137,7 +139,7 @@ impl<P: Place> Body<P> {
         self.coefficients.iter().map(|c| registers[*c as usize]).collect()
     }
 
-    /// Does everything once.
+    /// Runs all batches once.
     #[inline(always)]
     pub fn run<const L: usize, W: Wide<L>, R>(&self, wide: W, registers: &mut R, mut coefficients: &[[f64; L]])
     where
@@ -173,7 +175,7 @@ impl<P: Place> Body<P> {
     }
 }
 
-/// Rows of `N` terms, each in one go.
+/// Rows of `N` terms, each in one unrolled loop.
 #[inline(always)]
 fn sums<const N: usize, const L: usize, W: Wide<L>, P: Place, R>(
     wide: W,
@@ -185,10 +187,10 @@ fn sums<const N: usize, const L: usize, W: Wide<L>, P: Place, R>(
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
     for ((row, factors), by) in rows.iter().zip(factors.as_chunks::<N>().0).zip(coefficients.as_chunks::<N>().0) {
-        // two sums that do not wait for each other
+        // two independent sums: neither waits for the other
         let mut sums = [wide.load(&registers[row.start.index()]), wide.splat(0.0)];
         for k in 0..N {
-            // by name: the closure of `map` stays a call
+            // without `map`: its closure would stay a call
             let [a, b] = factors[k];
             let (a, b) = (wide.load(&registers[a.index()]), wide.load(&registers[b.index()]));
             sums[k % 2] = wide.plus(sums[k % 2], wide.load(&by[k]), wide.mul(a, b));
@@ -252,7 +254,7 @@ fn pairs<const L: usize, W: Wide<L>, P: Place, R>(
     }
 }
 
-/// One operation on many registers. Functions that no machine has as an instruction go lane by lane.
+/// One operation on many registers. Functions without a machine instruction go lane by lane.
 #[inline(always)]
 pub(super) fn each<const L: usize, W: Wide<L>, P: Place, R>(
     wide: W,

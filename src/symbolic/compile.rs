@@ -1,7 +1,8 @@
-//! A list of formulas laid out as a [`Plan`].
+//! Compilation of a list of formulas into a [`Plan`].
 //!
-//! Registers are leaves, constants, results that read parameters alone, all other results, outputs. Operations of one
-//! kind that do not read each other stand side by side and run as one batch.
+//! Registers hold leaves, absolute values of states, constants, results that depend on parameters
+//! alone, all other results, and outputs. Operations of one kind that do not depend on each other
+//! are adjacent and run as one batch.
 
 use std::collections::HashMap;
 
@@ -17,8 +18,9 @@ impl Plan {
         Plan::compile_after(outputs, &[], 0)
     }
 
-    /// [`Plan::compile`] with the slots `0..leading.len()` for these leaves, whether the formulas read them or not. The
-    /// first `states` of them have registers for their sizes too: drag reads those at every instant.
+    /// [`Plan::compile`] with the slots `0..leading.len()` for these leaves, whether the formulas
+    /// read them or not. The first `states` of them also have registers for their absolute values:
+    /// drag reads those at every instant.
     pub fn compile_after(outputs: &[Expr<'_>], leading: &[Leaf], states: usize) -> Plan {
         let mut leaves = leading.to_vec();
         let mut others: Vec<Leaf> = outputs.iter().flat_map(|e| e.leaves()).filter(|l| !leading.contains(l)).collect();
@@ -41,25 +43,27 @@ impl Plan {
     }
 }
 
-/// How a result comes about.
+/// The way in which a result is computed.
 enum Result {
     /// By an operation on registers.
     Operation(Code, u32, u32),
-    /// As a sum: the register it begins with, coefficient and factors of its terms ([`NONE`] for a second that is not).
+    /// As a sum: the register it begins with, then coefficient and factors of each term (the second
+    /// is [`NONE`] if there is only one).
     Sum(Option<u32>, Vec<(u32, [u32; 2])>),
-    /// Once a parameter vector, a copy of this register.
+    /// As a copy of this register, once for each parameter vector.
     Early(u32),
 }
 
 #[derive(Default)]
 struct Builder<'g> {
     slots: HashMap<Leaf, u32>,
-    /// Register of the size of what is in a slot.
+    /// Register of the absolute value of the state in a slot.
     sizes: HashMap<u32, u32>,
     products: Products<'g>,
     constants: Vec<(u32, f64)>,
     register: HashMap<u32, u32>,
-    /// Steps from the leaves to what is in a register; 0 for what is there before.
+    /// Number of operations of the body from the leaves to the value of a register; 0 for a value
+    /// that exists before the body runs.
     level: HashMap<u32, u32>,
     prologue: Vec<Operation<u32>>,
     results: Vec<(u32, Result, u32)>,
@@ -101,7 +105,7 @@ impl<'g> Builder<'g> {
         register
     }
 
-    /// The register of a formula that is the size of a state.
+    /// The register of a formula that is the absolute value of a state.
     fn size(&self, of: Expr<'g>) -> Option<u32> {
         let Node::Unary(Unary::Abs, a) = of.graph.node_of(of.id) else { return None };
         let Node::Leaf(leaf) = of.graph.node_of(a) else { return None };
@@ -126,7 +130,7 @@ impl<'g> Builder<'g> {
         self.level.get(&register).copied().unwrap_or(0)
     }
 
-    /// What is computed for a formula at every instant, and at which level.
+    /// The computation of a formula at every instant, and its level.
     fn result(&mut self, of: Expr<'g>) -> (Result, u32) {
         let sum = self.products.sum(of);
         match &sum[..] {
@@ -159,12 +163,12 @@ impl<'g> Builder<'g> {
         (Result::Sum(start, all), 1 + level)
     }
 
-    /// An output, without its register.
+    /// The computation of an output, still without its register.
     fn output(&mut self, of: Expr<'g>) -> (Result, u32) {
         if self.products.is_early(of) {
             return (Result::Early(self.register(of)), 0);
         }
-        // what others read too is in a register of its own by now or will be
+        // a formula that others read too has, or gets, a register of its own
         if self.products.is_shared(of) || self.register.contains_key(&of.id) {
             let a = self.register(of);
             return (Result::Operation(Code::Copy, a, a), 1 + self.level(a));
@@ -187,9 +191,10 @@ impl<'g> Builder<'g> {
             Result::Sum(_, terms) => Kind::Rows(terms.len()),
             Result::Early(_) => Kind::Rows(0),
         };
-        // stable: within a batch as they were found
+        // a stable sort keeps the order within a batch
         self.results.sort_by_key(|(level, result, _)| (*level, kind(result).order()));
-        // a sum without a constant begins with a register that stays 0, a term of one factor reads one that stays 1
+        // a sum without a constant begins with a register that stays 0; a term with one factor reads
+        // one that stays 1
         let (zero, one) = (self.fresh(), self.fresh());
         self.constants.push((one, 1.0));
         let mut body = Body { one, ..Body::default() };

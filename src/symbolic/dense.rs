@@ -1,51 +1,55 @@
-//! A [`Plan`] for one trajectory: its formulas side by side in the lanes of one register.
+//! A [`Plan`] for one trajectory: its formulas are the lanes of one register.
 //!
 //! ```text
-//! f = c + (d + q∘|x|)∘x + a∘|x| + Σ cₖ∘Pₖx + Σ cₖ∘Pₖx∘P'ₖx + Σ cₖ∘Pₖx∘P'ₖ|x| + …      c = c₀ + Σ cᵢ i, d = d₀ + Σ dᵢ i, a = Σ aᵢ i
-//! i: inputs and what they alone decide      c, d, q, a: a number for each of N formulas      P: states in other lanes
+//! f = c + (d + q∘|x|)∘x + a∘|x| + Σ cₖ∘Pₖx + Σ cₖ∘Pₖx∘P'ₖx + Σ cₖ∘Pₖx∘P'ₖ|x| + …
+//! c = c₀ + Σ cᵢ i, d = d₀ + Σ dᵢ i, a = Σ aᵢ i
+//! i: inputs and what depends on them alone      c, d, q, a: a number for each of N formulas
+//! P: states in other lanes
 //! ```
 //!
-//! Where there is but one instant at a time, lanes are the formulas. What inputs alone decide is done once an instant by
-//! [`Dense::drive`]; states go from lane to lane without a way over memory. Only what is no polynomial takes that way, and
-//! its terms are added last (…).
+//! With one instant at a time, the lanes hold the formulas. The part that depends on inputs alone
+//! is computed once an instant by [`Dense::drive`]; states move from lane to lane without a detour
+//! through memory. Only parts that are no polynomials go through memory, and their terms are added
+//! last (…).
 
 use super::body::Place;
 use super::plan::{FEW, Plan, Registers};
 use super::sorted::{Entry, Factor, Part, Sorted};
 use crate::simd::{Four, Plain, Turn};
 
-/// On a line of the cache, so that no vector straddles two.
+/// Registers aligned to a cache line, so that no vector straddles two.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 struct Lines([[f64; 1]; FEW]);
 
-/// A coefficient of all formulas.
+/// A coefficient for each formula.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 struct Column<const Q: usize>([[f64; 4]; Q]);
 
-/// Terms c·Πa with a vector c, a from memory.
+/// Terms c·Πa with a vector c and factors a from memory.
 type Terms<T, const Q: usize> = Vec<(T, Column<Q>)>;
 
-/// c∘Px or c∘Px∘P'x of four formulas: coefficients, and the lanes of four states each that are read.
+/// A term c∘Px or c∘Px∘P'x of four formulas: coefficients, the vectors of four states that are
+/// read, and their lanes.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 struct Turned<const K: usize> {
     coefficient: [f64; 4],
     turns: [Turn; K],
     from: [u8; K],
-    /// Lanes that are taken.
+    /// Lanes that are in use.
     taken: [bool; 4],
 }
 
 impl<const K: usize> Default for Turned<K> {
-    /// Nothing.
+    /// A term that adds nothing.
     fn default() -> Turned<K> {
         Turned { coefficient: [0.0; 4], turns: [Turn::default(); K], from: [0; K], taken: [false; 4] }
     }
 }
 
-/// What a register that inputs alone decide adds to c, d and a.
+/// Contribution to c, d and a of a register that depends on inputs alone.
 #[derive(Debug, Clone, Copy)]
 struct Drive<const Q: usize> {
     start: Column<Q>,
@@ -57,11 +61,11 @@ struct Drive<const Q: usize> {
 /// Up to N = 4·`Q` formulas of up to N states.
 #[derive(Debug, Clone)]
 pub struct Dense<const Q: usize> {
-    /// The states, their sizes, the inputs, and what else the operations read.
+    /// The states, their absolute values, the inputs, and the other registers of the operations.
     registers: Box<Lines>,
     /// Operations that read inputs alone.
     early: Part,
-    /// Those that read states.
+    /// Operations that read states.
     late: Part,
     /// c₀ and d₀
     start: Column<Q>,
@@ -69,21 +73,22 @@ pub struct Dense<const Q: usize> {
     drives: Vec<Drive<Q>>,
     /// q
     own_quadratic: Column<Q>,
-    /// Terms of the states; the first one of each list stands by itself, and most planar models have no other.
+    /// Terms of the states. The first of each list is stored separately: most planar models have no
+    /// other.
     linear: [Turned<1>; Q],
     product: [Turned<2>; Q],
     linears: [Vec<Turned<1>>; Q],
     products: [Vec<Turned<2>>; Q],
-    /// The second factor is a size.
+    /// Terms whose second factor is an absolute value.
     crossed: [Vec<Turned<2>>; Q],
-    /// What is left, with states from memory.
+    /// The other terms, with states from memory.
     rest: Terms<u8, Q>,
     rest_products: Terms<[u8; 2], Q>,
-    /// Whether the first of each list are all there are.
+    /// Whether there are no terms but the first of each list.
     only_first: bool,
 }
 
-/// What inputs make of the coefficients c, d and a at one instant.
+/// The coefficients c, d and a under the inputs of one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Driven<V, const Q: usize> {
     start: [V; Q],
@@ -92,7 +97,7 @@ pub struct Driven<V, const Q: usize> {
 }
 
 impl<V: Copy, const Q: usize> Driven<V, Q> {
-    /// Adds what a register that inputs decide makes of the coefficients.
+    /// Adds the contribution of a register that depends on inputs alone.
     #[inline(always)]
     fn add<F: Four<Value = V>>(&mut self, four: F, drive: &Drive<Q>, value: f64) {
         let value = four.splat(value);
@@ -115,8 +120,8 @@ fn add<T: PartialEq, const Q: usize>(terms: &mut Terms<T, Q>, factors: T, lane: 
     }
 }
 
-/// Puts c times the states `states` into the lane `lane` of the first vector that reads them from the right four and whose
-/// lane is free.
+/// Stores c times the product of `states` in the lane `lane` of the first term that reads them from
+/// the right vectors and has that lane free.
 fn turn<const K: usize>(all: &mut Vec<Turned<K>>, lane: usize, states: [usize; K], c: f64) {
     let (lane, from) = (lane % 4, states.map(|s| (s / 4) as u8));
     let at = all.iter().position(|t| t.from == from && !t.taken[lane]).unwrap_or_else(|| {
@@ -131,7 +136,8 @@ fn turn<const K: usize>(all: &mut Vec<Turned<K>>, lane: usize, states: [usize; K
 impl<const Q: usize> Dense<Q> {
     const N: usize = 4 * Q;
 
-    /// The plan with the parameters in `registers`, which were prepared. `None` where there are more than N states or formulas, or more registers than a byte can name.
+    /// The plan for the parameters in `registers`, which must be prepared. `None` if there are more
+    /// than N states or formulas, or more registers than a byte can address.
     pub fn of(plan: &Plan, registers: &Registers<1>) -> Option<Dense<Q>> {
         let sorted = Sorted::of(plan, registers, Self::N)?;
         let zero = Column([[0.0; 4]; Q]);
@@ -167,7 +173,7 @@ impl<const Q: usize> Dense<Q> {
         Some(dense)
     }
 
-    /// Puts a term where it belongs.
+    /// Adds a term to the list of its kind.
     fn take(&mut self, entry: &Entry) {
         use Factor::{Input, Other, Size, State};
         let Entry { lane, coefficient: c, first, second } = *entry;
@@ -207,18 +213,19 @@ impl<const Q: usize> Dense<Q> {
         &mut self.drives[at]
     }
 
-    /// Whether the states are read from memory.
+    /// Whether a term or an operation reads the states from memory.
     fn remembers(&self) -> bool {
         !(self.late.is_empty() && self.rest.is_empty() && self.rest_products.is_empty())
     }
 
-    /// Whether inputs have a part in the formulas.
+    /// Whether the formulas may depend on inputs.
     #[inline(always)]
     pub fn is_driven(&self) -> bool {
         !(self.drives.is_empty() && self.only_first)
     }
 
-    /// What the inputs, the leaves after the states in their order, make of the formulas, for the evaluations to come.
+    /// The coefficients under these inputs, the leaves after the states in their order, for the
+    /// evaluations that follow.
     #[inline(always)]
     pub fn drive<F: Four>(&mut self, four: F, inputs: &[f64]) -> Driven<F::Value, Q> {
         let mut driven =
@@ -242,12 +249,12 @@ impl<const Q: usize> Dense<Q> {
     /// The formulas at the states `x` and the inputs that [`Dense::drive`] was last called with.
     #[inline(always)]
     pub fn evaluate<F: Four>(&mut self, four: F, driven: &Driven<F::Value, Q>, x: &[F::Value; Q]) -> [F::Value; Q] {
-        // loops instead of closures: what is not inlined here is not compiled for vectors
+        // loops instead of closures: code that is not inlined here is not vectorised
         let mut size = *x;
         for q in 0..Q {
             size[q] = four.abs(x[q]);
         }
-        // two sums that do not wait for each other
+        // two independent sums: neither waits for the other
         let (mut near, mut far) = (driven.start, [four.splat(0.0); Q]);
         for q in 0..Q {
             let own = four.fused(four.load(&self.own_quadratic.0[q]), size[q], driven.own[q]);
@@ -283,12 +290,13 @@ impl<const Q: usize> Dense<Q> {
     }
 }
 
-/// The first of a list, which leaves it.
+/// Removes and returns the first term of a list, or a term that adds nothing.
 fn first<const K: usize>(terms: &mut Vec<Turned<K>>) -> Turned<K> {
     if terms.is_empty() { Turned::default() } else { terms.remove(0) }
 }
 
-/// Q is a power of two: a vector of states that is read is one of the Q there are.
+/// The vector of states with this index. Q is a power of two, so that the mask keeps the index in
+/// range.
 #[inline(always)]
 fn four_of<V: Copy, const Q: usize>(x: &[V; Q], from: u8) -> V {
     x[from.index() & (Q - 1)]
@@ -347,7 +355,7 @@ mod tests {
     use super::*;
     use crate::units::Dimension;
 
-    /// Sums in another order: some roundings of 1e-16 each.
+    /// Terms are summed in another order: some roundings of 1e-16 each.
     #[test]
     fn law_dense_agrees_with_direct_evaluation() {
         let g = Graph::new();

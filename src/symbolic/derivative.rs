@@ -1,7 +1,8 @@
 //! Derivative of a formula by one of its leaves, by the chain rule on the graph.
 //!
-//! |x|′ = sign x, and sign and step are constant almost everywhere: at the kinks the derivative of one side is given.
-//! The delayed channel depends on its delay T: ∂x(t − T)/∂T = −ẋ(t − T).
+//! |x|′ = sign x, which is 0 at x = 0. Sign and step are constant almost everywhere: their derivative
+//! is 0. Min and max of equal arguments have the derivative of the second. The delayed channel
+//! depends on its delay T: ∂x(t − T)/∂T = −ẋ(t − T).
 
 use std::collections::HashMap;
 
@@ -93,7 +94,8 @@ mod tests {
     use super::super::Graph;
     use super::*;
 
-    /// Central differences with h = 1e-6 are good to some 1e-9 for functions of size 1; 1e-7 leaves a hundredfold margin.
+    /// Central differences with h = 1e-6 are accurate to about 1e-9 for functions of size 1; 1e-7
+    /// is a margin of 100.
     #[test]
     fn law_derivatives_agree_with_central_differences() {
         let g = Graph::new();

@@ -1,6 +1,7 @@
-//! Dimension of a formula from the dimensions of its leaves: what proves that an effect's unit is right.
+//! Dimension of a formula from the dimensions of its leaves: the check of an effect's unit.
 //!
-//! A constant other than 0 that is added must be a pure number added to a pure number; 0 fits everywhere.
+//! A constant other than 0 is a pure number and can be added to pure numbers only; 0 has every
+//! dimension.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +11,10 @@ use super::expr::Expr;
 use super::graph::{Binary, Node, Unary};
 use crate::units::Dimension;
 
-/// Why a formula is dimensionally wrong.
+/// The reason why a formula is dimensionally wrong.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DimensionError {
-    /// Two terms that are added or compared differ.
+    /// Two terms that are added or compared have different dimensions.
     #[error("{left} and {right} cannot be added or compared")]
     Mismatch {
         /// Dimension of the first term.
@@ -27,7 +28,7 @@ pub enum DimensionError {
         /// Dimension of the argument.
         found: Dimension,
     },
-    /// A power whose exponent is not a whole number, of something that is no pure number.
+    /// A power of something that is no pure number, with an exponent that is not a whole number.
     #[error("a power that is no whole number, of {base}")]
     Power {
         /// Dimension of the base.
@@ -45,8 +46,8 @@ impl Expr<'_> {
     }
 }
 
-/// `None`: the number 0, which has every dimension. What is shared by several formulas is asked once (`known`): a chain of
-/// actuators reads its force twice at every link.
+/// Dimension of a formula; `None` for the number 0, which has every dimension. Shared parts are
+/// computed once (`known`): a chain of actuators reads its force twice at every link.
 fn infer(of: Expr<'_>, known: &mut BTreeMap<u32, Option<Dimension>>) -> Result<Option<Dimension>, DimensionError> {
     if let Some(found) = known.get(&of.id) {
         return Ok(*found);

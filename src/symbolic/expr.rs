@@ -1,6 +1,7 @@
-//! Formulas with ordinary operators, simplified where that is exact.
+//! Formulas with ordinary operators and exact simplifications.
 //!
-//! Simplifications are those that no rounding can change: x + 0, 1·x, 0·x, x − x, −(−x), folding of constants.
+//! Only simplifications without rounding are made: x + 0, 1·x, 0·x, x − x, −(−x), folding of
+//! constants.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -36,7 +37,7 @@ impl<'g> Expr<'g> {
         self.as_constant().is_some_and(|c| c.to_bits() == 1f64.to_bits())
     }
 
-    /// Whether both are one formula of one graph.
+    /// Whether both are the same formula of one graph.
     pub fn same(self, other: Expr<'g>) -> bool {
         self.id == other.id
     }
@@ -65,7 +66,7 @@ impl<'g> Expr<'g> {
     pub fn sign(self) -> Expr<'g> {
         self.unary(Unary::Sign)
     }
-    /// 1 where x > 0, else 0.
+    /// 1 if x > 0, else 0.
     pub fn step(self) -> Expr<'g> {
         self.unary(Unary::Step)
     }
@@ -124,7 +125,8 @@ impl<'g> Expr<'g> {
         self.binary(Binary::Atan2, x)
     }
 
-    /// Value when leaves have the values that `read` gives; for tests and for single numbers, a [`super::Plan`] for loops.
+    /// Value of the formula if leaves have the values of `read`; for tests and single numbers.
+    /// Loops use a [`super::Plan`].
     pub fn evaluate(self, read: &dyn Fn(Leaf) -> f64) -> f64 {
         match self.graph.node_of(self.id) {
             Node::Constant(bits) | Node::Quantity(bits, _) => f64::from_bits(bits),

@@ -1,4 +1,4 @@
-//! The graph of a formula: what its nodes are, each kept once.
+//! The graph of a formula; equal nodes are stored once.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::expr::Expr;
 use crate::units::Dimension;
 
-/// What a formula reads at an instant.
+/// A quantity that a formula reads at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Leaf {
     /// A state of the simulation, by index.
@@ -15,7 +15,7 @@ pub enum Leaf {
     Parameter(u16),
     /// A logged or commanded channel, by index.
     Input(u16),
-    /// Time derivative of a channel, as its interpolation has it.
+    /// Time derivative of a channel, by its interpolation.
     Rate(u16),
     /// The channel `input` at an instant earlier by the parameter `delay`.
     Delayed {
@@ -34,7 +34,7 @@ pub enum Leaf {
 }
 
 impl Leaf {
-    /// Whether it is the same at all instants.
+    /// Whether it is constant over all instants.
     pub(super) fn is_parameter(self) -> bool {
         matches!(self, Leaf::Parameter(_))
     }
@@ -137,9 +137,9 @@ impl Graph {
         Graph::default()
     }
 
-    /// A number. As a factor it may carry any unit; see [`Expr::dimension`].
+    /// A number without a unit; 0 has every unit: see [`Expr::dimension`].
     pub fn constant(&self, value: f64) -> Expr<'_> {
-        // −0 and 0 are one number here: x + (−0) is x as well
+        // −0 becomes 0: x + (−0) is x as well
         let value = if value == 0.0 { 0.0 } else { value };
         self.node(Node::Constant(value.to_bits()))
     }

@@ -1,9 +1,10 @@
-//! Formulas as data: write the physics once, read it many ways.
+//! Formulas as data: the physics is written once and used in several ways.
 //!
-//! An effect writes its formula with ordinary operators on [`Expr`]. The result is a node of a [`Graph`]: it can be
-//! differentiated ([`Expr::derivative`]), checked for its unit ([`Expr::dimension`]) and compiled with others into a
-//! flat [`Plan`] that evaluates many instants side by side. The regressor, the simulator, its sensitivities and the
-//! discovery are four readings of the same formula.
+//! An effect writes its formula with ordinary operators on [`Expr`]. The result is a node of a
+//! [`Graph`]: it can be differentiated ([`Expr::derivative`]), checked for its unit
+//! ([`Expr::dimension`]) and compiled with others into a flat [`Plan`] that evaluates many instants
+//! side by side. The regressor, the simulator, its sensitivities and the discovery use the same
+//! formula.
 
 mod body;
 mod compile;

@@ -1,21 +1,23 @@
 //! Formulas compiled into a flat list of operations that works on several instants side by side.
 //!
-//! A [`Plan`] splits its operations in two: the *prologue* reads only parameters and runs once a parameter vector,
-//! the *body* runs at every instant. Most of a body is rows c₀ + Σ c·a·b, summed in one go; the rest are batches of one
-//! operation each. A register holds `L` lanes, one a trajectory or an instant: the cost of interpreting is shared.
+//! A [`Plan`] splits its operations in two: the *prologue* reads only parameters and runs once for
+//! each parameter vector; the *body* runs at every instant. Most of a body is rows c₀ + Σ c·a·b,
+//! summed in one loop; the rest are batches of one operation each. A register holds `L` lanes, one
+//! for each trajectory or instant, which share the cost of interpretation.
 
 use super::body::{Body, Operation, each};
 use super::graph::Leaf;
 use crate::simd::{Lanes, Plain, Wide};
 
-/// Registers that a place of one byte can name.
+/// Number of registers that a one-byte index can address.
 pub(super) const FEW: usize = 256;
 
 /// A list of formulas, ready to be evaluated.
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub(super) leaves: Vec<Leaf>,
-    /// The first so many leaves are states; the registers of their sizes follow the leaves.
+    /// Number of leaves that are states; they come first, and the registers of their absolute
+    /// values follow the leaves.
     pub(super) states: usize,
     pub(super) constants: Vec<(u32, f64)>,
     pub(super) prologue: Vec<Operation<u32>>,
@@ -25,7 +27,7 @@ pub struct Plan {
     pub(super) registers: usize,
 }
 
-/// The body with places as short as they can be: an array of 256 cannot be read outside of itself by a byte.
+/// The body with the shortest possible indices: a one-byte index is always inside an array of 256.
 #[derive(Debug, Clone)]
 pub(super) enum Size {
     Small(Body<u8>),
@@ -36,11 +38,11 @@ pub(super) enum Size {
 #[derive(Debug, Clone)]
 pub struct Registers<const L: usize> {
     pub(super) all: Lanes<L>,
-    /// Coefficients of the body's terms, as they follow each other.
+    /// Coefficients of the body's terms, in the order of their use.
     coefficients: Lanes<L>,
 }
 
-/// Registers whose place in memory is known: many evaluations ask for it once.
+/// Registers whose addresses are known: looked up once for many evaluations.
 #[derive(Debug)]
 pub struct Bound<'a, const L: usize> {
     all: &'a mut [[f64; L]],
@@ -48,13 +50,13 @@ pub struct Bound<'a, const L: usize> {
 }
 
 impl<const L: usize> Registers<L> {
-    /// For as long as they are evaluated.
+    /// Binds the registers for evaluations.
     pub fn bind(&mut self) -> Bound<'_, L> {
         Bound { all: &mut self.all, coefficients: &self.coefficients }
     }
 }
 
-/// The registers that an evaluation begins and ends with.
+/// The registers of the inputs and outputs of an evaluation.
 #[derive(Debug)]
 pub struct Ends<'a, const L: usize> {
     /// The leaves that are states, slot by slot, to be written.
@@ -68,12 +70,12 @@ pub struct Ends<'a, const L: usize> {
 }
 
 impl Plan {
-    /// The leaves that the formulas read; the place of a leaf in this list is its slot.
+    /// The leaves that the formulas read; the index of a leaf in this list is its slot.
     pub fn leaves(&self) -> &[Leaf] {
         &self.leaves
     }
 
-    /// Slot of a leaf for [`Plan::set`], `None` when no formula reads it.
+    /// Slot of a leaf for [`Plan::set`]; `None` if no formula reads it.
     pub fn slot(&self, leaf: Leaf) -> Option<usize> {
         self.leaves.iter().position(|known| *known == leaf)
     }
@@ -83,7 +85,8 @@ impl Plan {
         self.outputs
     }
 
-    /// Whether the first `count` formulas are the first states, each in its place, and all others hold for good.
+    /// Whether the first `count` formulas are the first states, in the same order, and all others
+    /// are constant over all instants.
     pub fn is_states(&self, count: usize) -> bool {
         match &self.body {
             Size::Small(body) => body.copies_to(self.first_output, count, self.states),
@@ -91,7 +94,7 @@ impl Plan {
         }
     }
 
-    /// Fresh registers with the constants in place.
+    /// New registers with the constants set.
     pub fn registers<const L: usize>(&self) -> Registers<L> {
         let mut all = Lanes::zeros(self.registers.max(FEW));
         for (register, constant) in &self.constants {
@@ -100,7 +103,7 @@ impl Plan {
         Registers { all, coefficients: Lanes::default() }
     }
 
-    /// Computes what depends on parameters alone; call it after parameters were set.
+    /// Computes the part that depends on parameters alone. Call it after parameters are set.
     #[inline(always)]
     pub fn prepare<const L: usize>(&self, registers: &mut Registers<L>) {
         for operation in &self.prologue {
@@ -113,7 +116,7 @@ impl Plan {
         registers.coefficients = Lanes::of(&coefficients);
     }
 
-    /// Computes everything else; call it at every instant.
+    /// Computes the rest. Call it at every instant.
     #[inline(always)]
     pub fn evaluate<W: Wide<L>, const L: usize>(&self, wide: W, registers: &mut Registers<L>) {
         let mut bound = registers.bind();
@@ -124,7 +127,7 @@ impl Plan {
         self.evaluate_sized(wide, &mut bound);
     }
 
-    /// [`Plan::evaluate`] where the sizes of the states are in their places already: see [`Ends::sizes`].
+    /// [`Plan::evaluate`] with the absolute values of the states already set: see [`Ends::sizes`].
     #[inline(always)]
     pub fn evaluate_sized<W: Wide<L>, const L: usize>(&self, wide: W, bound: &mut Bound<'_, L>) {
         match &self.body {
@@ -149,7 +152,7 @@ impl Plan {
         registers.all[self.first_output + k]
     }
 
-    /// What goes into an evaluation and what comes out of it.
+    /// The registers of the inputs and outputs of an evaluation.
     #[inline(always)]
     pub fn ends<'a, const L: usize>(&self, bound: &'a mut Bound<'_, L>) -> Ends<'a, L> {
         let (before, values) = bound.all.split_at_mut(self.first_output);
@@ -165,7 +168,8 @@ mod tests {
     use super::*;
     use crate::units::Dimension;
 
-    /// Terms are summed in another order and divided by as the product with an inverse: some roundings of 1e-16 each.
+    /// Terms are summed in another order, and a division is a product with an inverse: some
+    /// roundings of 1e-16 each.
     #[test]
     fn law_plan_agrees_with_direct_evaluation_in_every_lane() {
         let g = Graph::new();

@@ -1,11 +1,12 @@
-//! Formulas as sums of products, the shape in which they are cheap.
+//! Formulas as sums of products, which are cheap to evaluate.
 //!
 //! ```text
 //! f = c₀ + Σ cₖ aₖ + Σ cₖ aₖ bₖ        c read parameters alone, a and b are leaves or results of their own
 //! ```
 //!
-//! A drag (d + d_q|u|) u becomes d·u + d_q·|u|·u: two terms of the row that is summed anyway, instead of three operations
-//! with a place in memory each. What others read as well, and what is no polynomial, stays a result of its own.
+//! A drag (d + d_q|u|) u becomes d·u + d_q·|u|·u: two terms of the row that is summed anyway,
+//! instead of three operations with a register each. A part that other formulas read too, or that
+//! is no polynomial, stays a separate result.
 
 use std::rc::Rc;
 
@@ -15,7 +16,7 @@ use super::graph::{Binary, Node, Unary};
 /// No factor.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// c·a·b; factors are nodes, sorted, [`NONE`] where there are fewer than two.
+/// A term c·a·b; factors are nodes, sorted, [`NONE`] if there are fewer than two.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Term<'g> {
     pub coefficient: Expr<'g>,
@@ -39,18 +40,18 @@ impl<'g> Term<'g> {
     }
 }
 
-/// What is known of the nodes of a graph while it is compiled.
+/// Properties of the nodes of a graph during compilation.
 #[derive(Debug, Default)]
 pub(super) struct Products<'g> {
-    /// Whether a node reads parameters and constants alone.
+    /// Whether a node depends on parameters and constants alone.
     early: Vec<Option<bool>>,
-    /// How many nodes and outputs read it.
+    /// Number of nodes and outputs that read a node.
     uses: Vec<u32>,
     sums: Vec<Option<Rc<[Term<'g>]>>>,
 }
 
 impl<'g> Products<'g> {
-    /// Counts who reads what in the formulas.
+    /// Counts how often the nodes of the formulas are read.
     pub fn new(outputs: &[Expr<'g>]) -> Products<'g> {
         let mut products = Products::default();
         let mut stack = Vec::new();
@@ -78,7 +79,7 @@ impl<'g> Products<'g> {
         products
     }
 
-    /// Whether the formula reads parameters and constants alone.
+    /// Whether the formula depends on parameters and constants alone.
     pub fn is_early(&mut self, of: Expr<'g>) -> bool {
         let id = of.id as usize;
         if let Some(Some(known)) = self.early.get(id) {
@@ -102,7 +103,7 @@ impl<'g> Products<'g> {
         self.uses.get(of.id as usize).is_some_and(|n| *n > 1)
     }
 
-    /// The formula as a sum; a single term that is the formula itself where it is no polynomial.
+    /// The formula as a sum of terms; a single term, the formula itself, if it is no polynomial.
     pub fn sum(&mut self, of: Expr<'g>) -> Rc<[Term<'g>]> {
         if self.is_early(of) {
             return Rc::new([Term { coefficient: of, factors: [NONE; 2] }]);
@@ -129,7 +130,8 @@ impl<'g> Products<'g> {
         sum
     }
 
-    /// A part of a sum: as its terms where nobody else reads it or it is but one.
+    /// A part of a formula: as its terms if nothing else reads it or it is a single term, else as
+    /// one factor.
     fn part(&mut self, of: Expr<'g>) -> Rc<[Term<'g>]> {
         let sum = self.sum(of);
         if sum.len() == 1 || !self.is_shared(of) { sum } else { Rc::new([Term::of(of)]) }
@@ -145,7 +147,7 @@ impl<'g> Products<'g> {
     }
 }
 
-/// A sum as a term of one factor at most.
+/// A sum as a term with at most one factor.
 fn as_one_factor<'g>(of: Expr<'g>, sum: &[Term<'g>]) -> Term<'g> {
     match sum {
         [term] if term.degree() < 2 => *term,
@@ -161,7 +163,7 @@ fn negative<'g>(term: &Term<'g>) -> Term<'g> {
     Term { coefficient: -term.coefficient, ..*term }
 }
 
-/// Terms of the same factors become one.
+/// Joins two sums; terms with the same factors become one.
 fn joined<'g>(first: &[Term<'g>], second: impl Iterator<Item = Term<'g>>) -> Rc<[Term<'g>]> {
     let mut all = first.to_vec();
     for term in second {

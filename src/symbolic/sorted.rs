@@ -1,7 +1,9 @@
-//! A [`Plan`] taken apart for one trajectory: what reads inputs alone, what reads states, and the terms of its formulas.
+//! A [`Plan`] split for one trajectory: operations that depend on inputs alone, those that depend
+//! on states, and the terms of its formulas.
 //!
 //! ```text
-//! f = c₀ + Σ c a + Σ c a b        a and b: a state, its size, a register that inputs alone decide, or any other
+//! f = c₀ + Σ c a + Σ c a b
+//! a, b: a state, its absolute value, a register that depends on inputs alone, or any other
 //! ```
 
 use super::body::{Batch, Body, Code, Kind, Operation, Place, Row};
@@ -20,7 +22,7 @@ impl Part {
         self.body.batches.is_empty()
     }
 
-    /// Ends the batch that began when there were `before` operations.
+    /// Closes the batch that began after `before` operations.
     fn close(&mut self, kind: Kind, before: usize) {
         let count = self.body.count() - before;
         if count > 0 {
@@ -29,16 +31,16 @@ impl Part {
     }
 }
 
-/// What a factor is.
+/// Kind of a factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Factor {
-    /// The state of this number.
+    /// The state with this index.
     State(usize),
     /// Its absolute value.
     Size(usize),
-    /// A register that inputs alone decide.
+    /// A register that depends on inputs alone.
     Input(u8),
-    /// A register that reads states.
+    /// A register that depends on states.
     Other(u8),
 }
 
@@ -51,24 +53,25 @@ pub(super) struct Entry {
     pub second: Option<Factor>,
 }
 
-/// A plan with its parameters, taken apart. Registers have new places: 0..n the states, n..2n their sizes, then the rest.
+/// A plan with its parameters, split. Registers have new indices: 0..n the states, n..2n their
+/// absolute values, then the rest.
 pub(super) struct Sorted {
-    /// What reads inputs alone.
+    /// Operations that depend on inputs alone.
     pub early: Part,
-    /// What reads states.
+    /// Operations that depend on states.
     pub late: Part,
     /// Constant part of each formula.
     pub start: Vec<f64>,
     pub entries: Vec<Entry>,
-    /// Values of the registers, by new place; leaves after the states follow the sizes.
+    /// Values of the registers by new index; leaves after the states follow the absolute values.
     pub registers: Vec<(u8, f64)>,
 }
 
-/// What is known of the registers on the way.
+/// State of the walk through the operations.
 struct Walk {
-    /// New place of each register.
+    /// New index of each register.
     place: Vec<u8>,
-    /// Whether what is in a new place reads states.
+    /// Whether the register at a new index depends on states.
     late: [bool; FEW],
     /// Lanes of the states and of the formulas.
     width: usize,
@@ -95,7 +98,8 @@ impl Walk {
 }
 
 impl Sorted {
-    /// Takes the plan apart, its parameters being in `registers`, which were prepared. `None` where there are more than `width` states or formulas, or more registers than a byte can name.
+    /// Splits the plan for the parameters in `registers`, which must be prepared. `None` if there
+    /// are more than `width` states or formulas, or more registers than a byte can address.
     pub fn of(plan: &Plan, registers: &Registers<1>, width: usize) -> Option<Sorted> {
         let Size::Small(body) = &plan.body else { return None };
         let (states, sizes) = (plan.states, plan.leaves.len()..plan.leaves.len() + plan.states);
@@ -181,7 +185,8 @@ impl Sorted {
         }
     }
 
-    /// Makes one register of each product of two that inputs decide, from the place `next` on; `None` without room.
+    /// Computes each product of two registers of inputs in a register of its own, from the index
+    /// `next` on; `None` if there is no room.
     fn multiply_inputs(&mut self, next: usize) -> Option<()> {
         let (before, mut made) = (self.early.body.count(), Vec::new());
         for entry in &mut self.entries {

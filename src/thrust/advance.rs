@@ -1,13 +1,15 @@
-//! Loss of thrust by advance, equation (17): a propeller that moves through the water gives less than at bollard pull.
+//! Loss of thrust by advance, equation (17): a propeller that moves through the water gives less
+//! thrust than at bollard pull.
 //!
 //! ```text
 //! η_adv = slope |v_a| + intercept,     not below 0
 //! ```
 //!
-//! v_a is the advance speed (m/s), positive where the thruster moves the way it pushes. The paper's line is
-//! −0.1946 |v_a| + 0.9967, measured from 0 to 1 m/s with thrust along the motion; thrust against the motion it does not
-//! cover. Outside of what was measured the line is followed all the same, and the answer says so. Source: Avila, Donha
-//! and Adamowski, *Ocean Engineering* 60 (2013) 81-94, eq. (17).
+//! v_a is the advance speed (m/s), positive where the thruster moves in the direction in which it
+//! pushes. The paper's line is −0.1946 |v_a| + 0.9967, measured from 0 to 1 m/s with thrust along
+//! the motion; it does not cover thrust against the motion. Outside of the measured range the line
+//! is extrapolated, and the result says so. Source: Avila, Donha and Adamowski, *Ocean Engineering*
+//! 60 (2013) 81-94, eq. (17).
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +17,7 @@ use super::efficiency::EfficiencyError;
 use super::fit::Estimate;
 use crate::least_squares::{LeastSquaresError, least_squares};
 
-/// The line η_adv with the range of advance speeds in which it was measured.
+/// The line η_adv with the range of its measured advance speeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdvanceLoss {
@@ -27,24 +29,25 @@ pub struct AdvanceLoss {
     pub valid: [f64; 2],
 }
 
-/// How far an efficiency can be relied on. The order is that of trust: the greatest of several tells of all.
+/// Coverage of an efficiency by measurements. The order is that of decreasing trust: of several
+/// thrusters the greatest counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coverage {
-    /// The advance speed is one that was measured.
+    /// The advance speed is inside the measured range.
     Covered,
-    /// The advance speed lies outside of the range that was measured.
+    /// The advance speed is outside of the measured range.
     OutOfRange,
     /// The thruster pushes against its motion, which the line does not describe.
     AgainstMotion,
 }
 
-/// An efficiency, and whether it rests on a measurement.
+/// An efficiency, and its coverage by measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Advance {
     /// η_adv, 0 or more.
     pub efficiency: f64,
-    /// Whether the line was measured there.
+    /// Coverage at this advance speed.
     pub coverage: Coverage,
 }
 
@@ -52,7 +55,8 @@ impl AdvanceLoss {
     /// The paper's line, eq. (17).
     pub const PAPER: AdvanceLoss = AdvanceLoss { slope: -0.1946, intercept: 0.9967, valid: [0.0, 1.0] };
 
-    /// η_adv at an advance speed, m/s, positive where the thruster moves the way it pushes.
+    /// η_adv at an advance speed, m/s, positive where the thruster moves in the direction in which
+    /// it pushes.
     pub fn at(&self, v_a: f64) -> Advance {
         let coverage = match v_a.abs() {
             speed if speed < self.valid[0] || speed > self.valid[1] => Coverage::OutOfRange,
@@ -62,10 +66,11 @@ impl AdvanceLoss {
         Advance { efficiency: (self.slope * v_a.abs() + self.intercept).max(0.0), coverage }
     }
 
-    /// Refuses a line that cannot be.
+    /// Checks the line.
     ///
     /// # Errors
-    /// Anything not finite, an efficiency at rest that is not positive, a range that is empty or begins below 0.
+    /// A value that is not finite, an efficiency at rest that is not positive, a range that is
+    /// empty or begins below 0.
     pub fn validate(&self) -> Result<(), EfficiencyError> {
         let [least, most] = self.valid;
         let finite = [self.slope, self.intercept, least, most].iter().all(|x| x.is_finite());
@@ -89,8 +94,8 @@ pub struct AdvanceFit {
     pub residual_std: f64,
 }
 
-/// Fits the line to measured efficiencies: `efficiency` is the thrust at each advance speed `v_a` (m/s, its size
-/// counts) over the thrust of the same command at bollard pull.
+/// Fits the line to measured efficiencies: `efficiency` is the thrust at each advance speed `v_a`
+/// (m/s, the sign does not matter) over the thrust of the same command at bollard pull.
 ///
 /// # Errors
 /// Lists of different length, values that are not finite, fewer than 3 rows or only one speed.

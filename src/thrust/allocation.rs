@@ -1,13 +1,13 @@
-//! Allocation: from the forces of n thrusters to the six of the vehicle, and back.
+//! Allocation: conversion between the forces of n thrusters and the wrench of the vehicle.
 //!
 //! ```text
 //! τ = B F,   B = [ sᵢ ; pᵢ × sᵢ ]  (6 × n)          F = B⁺ τ
 //! ```
 //!
-//! F are the forces along the thrusters' axes (N), τ the wrench at the body origin (N, N·m), s and p axis and position.
-//! B⁺ is the pseudo-inverse by singular values: of all forces that give the wrench the smallest, and for a wrench
-//! that no forces give those that come nearest (metres and newtons weighed alike). Source: Fossen, *Handbook of
-//! Marine Craft* (2011), section 12.3.
+//! F are the forces along the thrusters' axes (N), τ the wrench at the body origin (N, N·m), s and
+//! p axis and position. B⁺ is the pseudo-inverse by singular values: of all forces that give the
+//! wrench, those of least norm; if none give it, those with the nearest wrench (N and N·m have the
+//! same weight). Source: Fossen, *Handbook of Marine Craft* (2011), section 12.3.
 
 use faer::Mat;
 use nalgebra::Vector6;
@@ -16,11 +16,11 @@ use thiserror::Error;
 use super::curve::ThrustCurve;
 use super::thruster::{Thruster, ThrusterError};
 
-/// A singular value below this part of the greatest counts as zero: a direction that rounding of the positions alone
-/// made would ask for absurd forces.
+/// Ratio to the greatest singular value below which one counts as zero: a direction that only
+/// rounding of the positions makes possible would need absurd forces.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// The geometry of a set of thrusters, ready to use both ways.
+/// The geometry of a set of thrusters, for both directions of the conversion.
 #[derive(Debug, Clone)]
 pub struct Allocation {
     columns: Vec<Vector6<f64>>,
@@ -29,22 +29,23 @@ pub struct Allocation {
     rank: usize,
 }
 
-/// Forces and commands found for a wanted wrench.
+/// Forces and commands for a wanted wrench.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Allocated {
-    /// Force of each thruster, cut to what it can give, N.
+    /// Force of each thruster, limited to its range, N.
     pub forces: Vec<f64>,
     /// Command of each thruster, as V.
     pub commands: Vec<f64>,
-    /// Which thrusters were cut.
+    /// Whether each thruster is at its limit.
     pub saturated: Vec<bool>,
     /// The wrench that these forces give, N and N·m.
     pub wrench: Vector6<f64>,
-    /// Greatest part of the wanted wrench, 0 to 1, that this allocation gives with no thruster cut.
+    /// Greatest part of the wanted wrench, 0 to 1, that this allocation gives with no thruster at
+    /// its limit.
     pub part: f64,
 }
 
-/// Thrusters that cannot be put together.
+/// The reason why no allocation is possible.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum AllocationError {
     /// There is no thruster.
@@ -62,10 +63,10 @@ pub enum AllocationError {
 }
 
 impl Allocation {
-    /// From any number of thrusters at any position and axis.
+    /// The allocation of any number of thrusters at any position and axis.
     ///
     /// # Errors
-    /// No thruster, one that cannot be used, two of one name.
+    /// No thruster, an unusable one, or two with one name.
     pub fn new(thrusters: &[Thruster]) -> Result<Allocation, AllocationError> {
         if thrusters.is_empty() {
             return Err(AllocationError::NoThruster);
@@ -87,12 +88,12 @@ impl Allocation {
         self.columns.len()
     }
 
-    /// Never: an allocation has at least one thruster.
+    /// Always false: an allocation has at least one thruster.
     pub fn is_empty(&self) -> bool {
         self.columns.is_empty()
     }
 
-    /// Rank of B: how many independent wrenches the thrusters can give, up to 6.
+    /// Rank of B: number of independent wrenches of the thrusters, up to 6.
     pub fn rank(&self) -> usize {
         self.rank
     }
@@ -102,7 +103,8 @@ impl Allocation {
         self.columns.iter().zip(forces).map(|(column, force)| column * *force).sum()
     }
 
-    /// Forces and commands for a wanted wrench (N, N·m): F = B⁺ τ, each cut to what its thruster can give.
+    /// Forces and commands for a wanted wrench (N, N·m): F = B⁺ τ, each limited to the range of its
+    /// thruster.
     pub fn allocate(&self, wanted: &Vector6<f64>) -> Allocated {
         let asked: Vec<f64> = self.inverse_rows.iter().map(|row| row.dot(wanted)).collect();
         let found: Vec<_> = self.curves.iter().zip(&asked).map(|(curve, force)| curve.inverse(*force)).collect();
@@ -118,7 +120,7 @@ impl Allocation {
     }
 }
 
-/// Rows of B⁺ = V Σ⁺ Uᵀ, and the rank of B; `None` when the decomposition fails.
+/// Rows of B⁺ = V Σ⁺ Uᵀ, and the rank of B; `None` if the decomposition fails.
 fn pseudo_inverse(columns: &[Vector6<f64>]) -> Option<(Vec<Vector6<f64>>, usize)> {
     let b = Mat::from_fn(6, columns.len(), |row, column| columns[column][row]);
     let svd = b.thin_svd().ok()?;

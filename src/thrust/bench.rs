@@ -1,23 +1,26 @@
-//! A thruster on a bench: command and force over time, from which come curve, dead time and lag of the rotor.
+//! A thruster on a bench: fit of curve, dead time and rotor lag to command and force over time.
 //!
 //! ```text
 //! n' = (V'(t − d) − n) r(|n|),      F = F₀ + a n|n| + b n,      V' = sign(V) max(0, |V| − c)
 //! r(n) = 1/T₁ + (1/T₂ − 1/T₁) (n − n₁)/(n₂ − n₁)  =  (1 + κ n)/T
 //! ```
 //!
-//! What the load cell shows rings with the bench where that explains a tenth of the residuals and more:
+//! The load cell is taken to ring with the bench if that reduces the sum of squared residuals by
+//! more than a tenth; its reading y is then
 //!
 //! ```text
 //! y'' = ω² (F − y) − 2 ζ ω y'
 //! ```
 //!
-//! n: speed of the rotor as the command that holds it; d: dead time, s; T₁, T₂: time constants of the rotor at the least
-//! and the greatest |command| of the runs, n₁ and n₂, s, which are what runs show; T: that near rest, s, and κ: how much
-//! faster the rotor answers when it turns, told only where the runs come near rest; F₀: zero of the load cell, N, one a run;
-//! a, b, c as in [`curve`](super::curve), one pair a direction. The command is held between samples. Least squares by
-//! Levenberg-Marquardt; deviations are those of a sandwich over blocks of a second, for a bench rings and its residuals are
-//! no white noise. Source of the lag that falls with speed: Yoerger, Cooke and Slotine, IEEE J. Oceanic Eng. 15 (1990)
-//! 167-178; Healey et al., IEEE J. Oceanic Eng. 20 (1995) 354-361.
+//! n: speed of the rotor, as the command that holds it; d: dead time, s; T₁, T₂: time constants of
+//! the rotor, s, at the least and the greatest |command| of the runs, n₁ and n₂, which are what
+//! runs show; T: time constant near rest, s, and κ: relative increase of the rotor's rate for each
+//! unit of its speed, both reported only if the runs come near rest; F₀: zero of the load cell, N,
+//! one for each run; a, b, c as in [`curve`](super::curve), a and b one pair for each direction.
+//! The command is held between samples. The fit is least squares by Levenberg-Marquardt; standard
+//! deviations are those of a sandwich over blocks of a second, because a bench rings and its
+//! residuals are not white. Source of the lag that falls with speed: Yoerger, Cooke and Slotine,
+//! IEEE J. Oceanic Eng. 15 (1990) 167-178; Healey et al., IEEE J. Oceanic Eng. 20 (1995) 354-361.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -40,11 +43,11 @@ pub struct BenchRun<'a> {
 pub struct Value {
     /// Estimate.
     pub value: f64,
-    /// Standard deviation; 0 where the value was held.
+    /// Standard deviation; 0 if the value was held.
     pub std: f64,
 }
 
-/// What a bench shows of a thruster.
+/// The properties of a thruster that a bench shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BenchFit {
     /// Quadratic and linear coefficient ahead, N; `None` without commands ahead.
@@ -55,25 +58,25 @@ pub struct BenchFit {
     pub deadband: Value,
     /// Dead time d, s.
     pub delay: Value,
-    /// Time constant T of the rotor near rest, s; `None` where no command comes near it.
+    /// Time constant T of the rotor near rest, s; `None` if no command comes near rest.
     pub lag: Option<Value>,
     /// κ: the time constant at speed n is T/(1 + κ|n|); `None` with `lag`.
     pub lag_slope: Option<Value>,
     /// Time constant at the least, the middle and the greatest |command| of the runs, s: command and value.
     pub lag_at: Vec<(f64, Value)>,
-    /// Resonance of the bench, Hz, and its damping ratio ζ, where it rings.
+    /// Resonance of the bench, Hz, and its damping ratio ζ, if it rings.
     pub ringing: Option<[Value; 2]>,
     /// Zero of the load cell in each run, N.
     pub offsets: Vec<Value>,
     /// Root mean square of the residuals, N.
     pub rms: f64,
-    /// Part of the variation of force that is explained.
+    /// Part of the variance of the force that is explained.
     pub explained: f64,
     /// Whether the search converged.
     pub converged: bool,
 }
 
-/// What is wrong with the runs of a bench.
+/// The reason why the runs of a bench cannot be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BenchError {
     /// Too few rows.
@@ -84,7 +87,7 @@ pub enum BenchError {
     Constant,
 }
 
-/// Where each unknown stands among the parameters; `None` where it is held.
+/// Index of each unknown among the parameters; `None` if it is held.
 struct Places {
     forward: Option<usize>,
     reverse: Option<usize>,
@@ -97,20 +100,22 @@ struct Places {
     commands: [f64; 2],
 }
 
-/// Share of rows at rest or below the dead band from which on the dead band shows.
+/// Share of rows above which a part is fitted: the curve of a direction by the commands in that
+/// direction, the dead band by the small commands.
 const NEAR_ZERO: f64 = 0.02;
-/// Share of the cost that is left where the bench is said to ring.
+/// Ratio of the cost with ringing to that without below which the bench counts as ringing.
 const RINGS: f64 = 0.9;
-/// Longest search, steps.
+/// Maximum number of steps of the search.
 const STEPS: usize = 100;
 /// Shortest time constant, s: below it a step is over within the samples of any bench.
 const LEAST_LAG: f64 = 1e-3;
-/// Greatest share of the greatest command at which the least one is near rest.
+/// Largest ratio of the least to the greatest |command| at which the least one counts as near rest.
 const NEAR_REST: f64 = 0.1;
 /// Length of a block of the sandwich, s.
 const BLOCK: f64 = 1.0;
 
-/// Fits the runs of one thruster together. `deadband`: what is known of it, held where the commands do not come near 0.
+/// Fits the runs of one thruster together. `deadband`: the known dead band, held if the commands do
+/// not come near 0.
 ///
 /// # Errors
 /// [`BenchError`].
@@ -128,7 +133,7 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
     let share = |keep: &dyn Fn(f64) -> bool| commands().filter(|v| keep(*v)).count() as f64 / rows as f64;
     let ahead = share(&|v| v > 0.05 * most) > NEAR_ZERO;
     let astern = share(&|v| v < -0.05 * most) > NEAR_ZERO;
-    // the dead band shows where commands come near it
+    // the dead band shows if commands come near it
     let small = least < 0.1 * most && share(&|v| v.abs() > 0.02 * most && v.abs() < 0.3 * most) > NEAR_ZERO;
     let mut next = 0;
     let mut take = |there: bool, n: usize| {
@@ -149,7 +154,7 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
     let width = next;
     let plain = search(runs, &quiet, start(runs, &quiet, width, most));
     let rings = Places { ringing: Some(width), ..quiet };
-    // some 20 Hz and little damping are what a lever with a load cell has
+    // a lever with a load cell rings at some 20 Hz with little damping
     let begin = plain.best.clone().resize_vertically(width + 2, 0.0);
     let rung = (0..3)
         .map(|k| {
@@ -167,7 +172,7 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
     Ok(told(runs, &places, &best, &covariance, cost, converged))
 }
 
-/// Where a search has ended.
+/// The end of a search.
 struct Found {
     best: DVector<f64>,
     residuals: DVector<f64>,
@@ -175,7 +180,8 @@ struct Found {
     converged: bool,
 }
 
-/// Dampings that are tried for one step: from the least, 1e-12, to one with which a step is nothing.
+/// Number of dampings that are tried for one step: from the least, 1e-12, to one with which a step
+/// vanishes.
 const TRIES: usize = 24;
 
 /// Levenberg-Marquardt.
@@ -208,7 +214,7 @@ fn search(runs: &[BenchRun<'_>], places: &Places, begin: DVector<f64>) -> Found 
             damping *= 5.0;
         }
         if fell < 1e-7 {
-            // where no step of any length lowers a sum that is a number, that is a minimum
+            // if no step of any length lowers a finite cost, this is a minimum
             converged = solved && cost.is_finite();
             break;
         }
@@ -216,7 +222,8 @@ fn search(runs: &[BenchRun<'_>], places: &Places, begin: DVector<f64>) -> Found 
     Found { best, residuals, cost, converged }
 }
 
-/// The start: the static curve by levels, a lag of a tenth of a second.
+/// The start of the search: a curve with 0.8 of the greatest force at the greatest command, a dead
+/// time of 0.01 s, time constants of 0.1 s and 0.06 s.
 fn start(runs: &[BenchRun<'_>], places: &Places, width: usize, most: f64) -> DVector<f64> {
     let mut x = DVector::zeros(width);
     let greatest = runs.iter().flat_map(|r| r.force).fold(0.0, |m: f64, f| m.max(f.abs()));
@@ -230,7 +237,7 @@ fn start(runs: &[BenchRun<'_>], places: &Places, width: usize, most: f64) -> DVe
     x
 }
 
-/// Keeps dead band, dead time and lag where they mean something.
+/// Limits dead band, dead time, lag and ringing to meaningful values.
 fn bounded(x: &DVector<f64>, places: &Places) -> DVector<f64> {
     let mut x = x.clone();
     if let Some(place) = places.deadband {
@@ -262,7 +269,8 @@ fn priced(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>) -> (DVector<
     (residuals, cost)
 }
 
-/// What a bench of this resonance (Hz) and damping ratio shows of a force: exact for one that is held between stamps.
+/// Reading of a bench with this resonance (Hz) and damping ratio under a force; exact for a force
+/// that is constant between stamps.
 fn rung(force: &[f64], time: &[f64], frequency: f64, damping: f64) -> Vec<f64> {
     let omega = std::f64::consts::TAU * frequency;
     let free = omega * (1.0 - damping * damping).sqrt();
@@ -286,7 +294,7 @@ fn thrust(n: f64, places: &Places, x: &DVector<f64>) -> f64 {
     place.map_or(0.0, |p| x[p] * n * n.abs() + x[p + 1] * n)
 }
 
-/// How fast the rotor answers near rest, 1/s, and how much faster for each unit of its speed.
+/// Rate of the rotor near rest, 1/s, and its increase for each unit of the rotor's speed.
 fn rates(places: &Places, x: &DVector<f64>) -> [f64; 2] {
     let [least, most] = places.commands;
     let [slow, fast] = [1, 2].map(|k| 1.0 / x[places.dynamics + k]);
@@ -294,7 +302,8 @@ fn rates(places: &Places, x: &DVector<f64>) -> [f64; 2] {
     [slow - slope * least, slope]
 }
 
-/// Speed of the rotor at each stamp. Between stamps the command is what it was `d` before, so that a step falls inside.
+/// Speed of the rotor at each stamp. The command acts with the delay d, so that a step may fall
+/// between stamps.
 fn rotor(run: &BenchRun<'_>, places: &Places, x: &DVector<f64>) -> Vec<f64> {
     let band = places.deadband.map_or(places.held_deadband, |p| x[p]);
     let delay = x[places.dynamics];
@@ -322,7 +331,7 @@ fn rotor(run: &BenchRun<'_>, places: &Places, x: &DVector<f64>) -> Vec<f64> {
     out
 }
 
-/// Derivatives of the residuals by differences.
+/// Derivatives of the residuals, by finite differences.
 fn jacobian(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals: &DVector<f64>) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(residuals.len(), x.len());
     for k in 0..x.len() {
@@ -335,7 +344,8 @@ fn jacobian(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals:
     out
 }
 
-/// Covariance: the inverse normal matrix on both sides of the sums of blocks of a second.
+/// Covariance by the sandwich: the inverse normal matrix on both sides of the sum over blocks of a
+/// second.
 fn covariance(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals: &DVector<f64>) -> DMatrix<f64> {
     let jacobian = jacobian(runs, places, x, residuals);
     let width = x.len();
@@ -358,7 +368,7 @@ fn covariance(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residual
     &bread * meat * &bread
 }
 
-/// A number that follows from the parameters, with its deviation by its gradient.
+/// A function of the parameters, with its standard deviation by its gradient.
 fn derived(of: &dyn Fn(&DVector<f64>) -> f64, x: &DVector<f64>, covariance: &DMatrix<f64>) -> Value {
     let value = of(x);
     let gradient = DVector::from_fn(x.len(), |k, _| {
@@ -367,7 +377,8 @@ fn derived(of: &dyn Fn(&DVector<f64>) -> f64, x: &DVector<f64>, covariance: &DMa
         moved[k] += step;
         (of(&moved) - value) / step
     });
-    // what does not hang on a parameter that nobody knows is known all the same
+    // a parameter of unknown value (infinite variance) does not count if the function does not
+    // depend on it
     let known = DMatrix::from_fn(x.len(), x.len(), |i, j| {
         let product = gradient[i] * gradient[j];
         if product == 0.0 { 0.0 } else { product * covariance[(i, j)] }
@@ -414,7 +425,8 @@ fn told(
 }
 
 impl BenchFit {
-    /// Curve coefficients ahead and astern; those astern are those ahead where the bench never ran astern.
+    /// Curve coefficients ahead and astern; a direction in which the bench did not run has those of
+    /// the other.
     pub fn coefficients(&self) -> Option<[Coefficients; 2]> {
         let of = |pair: [Value; 2]| Coefficients { a: pair[0].value, b: pair[1].value };
         let forward = self.forward.or(self.reverse)?;
@@ -427,7 +439,8 @@ mod tests {
     use super::*;
     use crate::thrust::noise::Noise;
 
-    /// A sweep of steps under `n' = (V' − n)(1 + κ|n|)/T`, by fine Euler steps apart from the fit.
+    /// A sweep of steps under `n' = (V' − n)(1 + κ|n|)/T`, by fine Euler steps, independent of the
+    /// fit.
     fn bench(seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let (band, delay, lag, slope, a, b, zero) = (0.08, 0.03, 0.12, 1.5, 36.0, 23.0, 2.0);
         let command = |t: f64| 0.9 * ((t / 0.7).floor() * 2.3).sin();
@@ -455,7 +468,7 @@ mod tests {
         let fit = fit_bench(&[BenchRun { time: &time, command: &command, force: &force }], 0.05).unwrap();
         assert!(fit.converged && fit.explained > 0.99, "{fit:?}");
         let near = |v: Value, truth: f64| {
-            // four deviations, and what frozen rates over a step of 5 ms leave out
+            // four standard deviations, and the error of frozen rates over a step of 5 ms
             assert!((v.value - truth).abs() < 4.0 * v.std + 0.01 * truth.abs(), "{v:?} against {truth}");
         };
         near(fit.lag.unwrap(), 0.12);

@@ -1,26 +1,27 @@
-//! A bollard-pull table, what is asked of it, and why it may be refused.
+//! A bollard-pull table, the options of its fit, and the errors.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A bollard-pull table: one row a steady command. Rows with no command are allowed and say nothing.
+/// A bollard-pull table: one row for each steady command. Rows without a command are allowed and
+/// have no effect.
 #[derive(Debug, Clone, Copy)]
 pub struct Bollard<'a> {
     /// Control voltage or normalised command of each row, V or 1.
     pub command: &'a [f64],
     /// Measured force of each row, N; positive for a positive command.
     pub force: &'a [f64],
-    /// Supply voltage of each row, V; `None` when it was not logged.
+    /// Supply voltage of each row, V; `None` if it was not logged.
     pub supply: Option<&'a [f64]>,
 }
 
-/// What is done about the dead band.
+/// Treatment of the dead band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DeadBand {
     /// Held at this value (as V); 0 is the paper's curve.
     Given(f64),
-    /// Found from the table.
+    /// Fitted to the table.
     Fitted,
 }
 
@@ -28,11 +29,11 @@ pub enum DeadBand {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CurveOptions {
-    /// The dead band; none unless asked for, as in the paper.
+    /// The dead band; none by default, as in the paper.
     pub deadband: DeadBand,
-    /// Supply voltage at which a and b shall hold, V; the median of the table when absent.
+    /// Supply voltage at which a and b hold, V; the median of the table if absent.
     pub reference_supply: Option<f64>,
-    /// Greatest |command| that the thruster takes; a greater one in the table gives the force of this one.
+    /// Greatest |command| of the thruster; a greater one in the table gives the force of this one.
     pub max: Option<f64>,
 }
 
@@ -42,10 +43,10 @@ impl Default for CurveOptions {
     }
 }
 
-/// A bollard table from which no curve can be had.
+/// The reason why no curve can be fitted to a bollard table.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FitError {
-    /// Columns of different length.
+    /// Columns have different lengths.
     #[error("a bollard table needs one {column} a command: {commands} commands and {values} values")]
     Lengths {
         /// The other column.
@@ -55,29 +56,29 @@ pub enum FitError {
         /// Number of its values.
         values: usize,
     },
-    /// A cell that cannot be used.
+    /// A cell is not usable.
     #[error("bollard table, row {row} (counted from 1): {column} = {value} must be {expected}")]
     BadCell {
         /// Which row, counted from 1 without the header.
         row: usize,
         /// Which column.
         column: &'static str,
-        /// What it holds.
+        /// The value.
         value: f64,
-        /// What would be right.
+        /// The valid values.
         expected: &'static str,
     },
-    /// An option out of its range.
+    /// An option is out of its range.
     #[error("{option} = {value}: must be {expected}")]
     BadOption {
         /// Which option.
         option: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What would be right.
+        /// The valid values.
         expected: &'static str,
     },
-    /// Too few rows one way.
+    /// One direction has too few rows.
     #[error(
         "{rows} rows with a {direction} command beyond the dead band: two coefficients and their spread need at least 3"
     )]
@@ -87,13 +88,13 @@ pub enum FitError {
         /// How many there are.
         rows: usize,
     },
-    /// The commands do not part a from b, or c, or n from them.
+    /// The commands do not separate a from b, or c or n from them.
     #[error("the {direction} commands do not tell the parameters of the curve apart: give more different commands")]
     NotIdentifiable {
         /// `forward`, `reverse` or, with a shape parameter, `forward and reverse`.
         direction: &'static str,
     },
-    /// A shape parameter ran to the end of what was searched.
+    /// A shape parameter is at the end of the range of the search.
     #[error(
         "the best {parameter} is {value} or beyond, which no thruster has: check the table's columns and their units"
     )]
@@ -126,7 +127,7 @@ pub enum FitError {
     },
 }
 
-/// Refuses tables and options that cannot be.
+/// Checks a table and options.
 pub(super) fn check(table: &Bollard<'_>, options: &CurveOptions) -> Result<(), FitError> {
     let commands = table.command.len();
     let columns = [("force", Some(table.force)), ("supply voltage", table.supply)];

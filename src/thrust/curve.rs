@@ -1,13 +1,15 @@
-//! The thruster's curve, equation (1): axial force at bollard pull from the control voltage, and its inverse.
+//! The thruster's curve, equation (1): axial force at bollard pull by the control voltage, and its
+//! inverse.
 //!
 //! ```text
 //! F = (a V'|V'| + b V') (V_s/V_ref)ⁿ,     V' = sign(V) max(0, |V| − c)
 //! ```
 //!
-//! F is the force along the thruster's axis (N), V the control voltage (V) or a normalised command (1), a (N/V²) and
-//! b (N/V) one pair for each direction, c the dead band (as V), V_s the supply voltage (V). Without dead band and
-//! supply this is the paper's F = a V|V| + b V; it prints a V² + b V per direction, V|V| keeps the sign. Source: Avila,
-//! Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, eq. (1).
+//! F is the force along the thruster's axis (N), V the control voltage (V) or a normalised command
+//! (1), a (N/V²) and b (N/V) one pair for each direction, c the dead band (as V), V_s the supply
+//! voltage (V). Without dead band and supply this is the paper's F = a V|V| + b V; the paper prints
+//! a V² + b V per direction, and V|V| keeps the sign. Source: Avila, Donha and Adamowski, *Ocean
+//! Engineering* 60 (2013) 81-94, eq. (1).
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -22,7 +24,7 @@ pub struct Coefficients {
     pub b: f64,
 }
 
-/// How thrust grows with the supply voltage: F ∝ (V_s/V_ref)ⁿ.
+/// Dependence of the thrust on the supply voltage: F ∝ (V_s/V_ref)ⁿ.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Supply {
@@ -39,7 +41,7 @@ impl Supply {
     }
 }
 
-/// A whole curve: two directions, dead band, limit of the command, supply.
+/// A thruster's curve: two directions, dead band, limit of the command, supply.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThrustCurve {
     /// For V > 0.
@@ -48,32 +50,32 @@ pub struct ThrustCurve {
     pub reverse: Coefficients,
     /// Dead band c, as V.
     pub deadband: f64,
-    /// Greatest |V| that the thruster takes; infinite when it is not known.
+    /// Greatest |V| of the thruster; infinite if it is not known.
     pub max: f64,
-    /// Dependence on the supply voltage; `None` when thrust does not depend on it.
+    /// Dependence on the supply voltage; `None` if there is none.
     pub supply: Option<Supply>,
 }
 
-/// A command found for a wanted force.
+/// The command for a wanted force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// Control voltage V.
     pub voltage: f64,
     /// Force that it gives, N; the wanted one unless saturated.
     pub force: f64,
-    /// Whether the wanted force lies beyond what the thruster can give.
+    /// Whether the wanted force exceeds the range of the thruster.
     pub saturated: bool,
 }
 
-/// A curve that no thruster can have.
+/// The reason why a curve is impossible.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CurveError {
-    /// Something is not a number.
+    /// A quantity is not finite.
     #[error("{key} = {value}: must be finite")]
     NotFinite {
         /// Which quantity.
         key: &'static str,
-        /// What it is.
+        /// The value.
         value: f64,
     },
     /// Thrust does not grow with the command.
@@ -88,7 +90,7 @@ pub enum CurveError {
         /// Linear coefficient, N/V.
         b: f64,
     },
-    /// The dead band leaves nothing of the command.
+    /// The dead band is negative, or not below the limit of the command.
     #[error("deadband = {deadband}: must be at least 0 and below max = {max}")]
     BadDeadband {
         /// The dead band given.
@@ -96,16 +98,16 @@ pub enum CurveError {
         /// The limit of the command.
         max: f64,
     },
-    /// The supply's reference is no voltage.
+    /// The reference of the supply is not a positive voltage.
     #[error("supply reference = {reference}: must be a positive number of volts")]
     BadReference {
-        /// What was given, V.
+        /// The given value, V.
         reference: f64,
     },
 }
 
 impl Coefficients {
-    /// Whether both are 0, as where none are given.
+    /// Whether both are 0, as if none are given.
     pub(super) fn are_none(&self) -> bool {
         self.a == 0.0 && self.b == 0.0
     }
@@ -115,8 +117,9 @@ impl Coefficients {
         (self.a * voltage + self.b) * voltage
     }
 
-    /// V' ≥ 0 that gives a force ≥ 0; the form of the root that does not cancel and holds at a = 0 too. Where b < 0
-    /// the branch beyond the dip is taken. `None` beyond the crest of a curve with a < 0.
+    /// V' ≥ 0 that gives a force ≥ 0, by the form of the root that does not cancel and also holds
+    /// at a = 0. For b < 0 it is the branch beyond the dip. `None` beyond the crest of a curve with
+    /// a < 0.
     fn voltage(self, force: f64) -> Option<f64> {
         let root = (self.b * self.b + 4.0 * self.a * force).sqrt();
         let voltage = if self.b < 0.0 {
@@ -139,7 +142,8 @@ impl ThrustCurve {
         ThrustCurve { forward, reverse, deadband: 0.0, max: f64::INFINITY, supply: None }
     }
 
-    /// Force of a control voltage at the reference supply, N. A command beyond the limit is cut to it.
+    /// Force under a control voltage at the reference supply, N. A command beyond the limit counts
+    /// as the limit.
     pub fn force(&self, voltage: f64) -> f64 {
         let side = if voltage < 0.0 { self.reverse } else { self.forward };
         let beyond = (voltage.abs().min(self.max) - self.deadband).max(0.0);
@@ -153,8 +157,8 @@ impl ThrustCurve {
 
     /// The control voltage that gives a wanted force (N) at the reference supply.
     ///
-    /// No force is no voltage; any other lies beyond the dead band. A force out of reach gives the command with the
-    /// most thrust that way, marked as saturated.
+    /// No force needs no voltage; any other force needs one beyond the dead band. A force out of
+    /// reach gives the command with the greatest thrust in that direction, marked as saturated.
     pub fn inverse(&self, force: f64) -> Command {
         let side = if force < 0.0 { self.reverse } else { self.forward };
         if force.abs() <= 0.0 {
@@ -165,7 +169,7 @@ impl ThrustCurve {
             Some(beyond) => Command { voltage: (self.deadband + beyond).copysign(force), force, saturated: false },
             None => {
                 let voltage = (self.deadband + most).copysign(force);
-                // Rounding alone may carry the greatest force a hair beyond itself.
+                // the greatest force may exceed itself by rounding
                 let reached = self.force(voltage);
                 let saturated = (force - reached).abs() > 1e-12 * reached.abs();
                 Command { voltage, force: reached, saturated }
@@ -180,7 +184,8 @@ impl ThrustCurve {
         Command { force: if command.saturated { command.force * factor } else { force }, ..command }
     }
 
-    /// Greatest force each way, (reverse ≤ 0, forward ≥ 0), N, at the reference supply; infinite without a limit.
+    /// Greatest force in each direction, (reverse ≤ 0, forward ≥ 0), N, at the reference supply;
+    /// infinite without a limit.
     pub fn range(&self) -> (f64, f64) {
         let most = |side: Coefficients| {
             let voltage = side.crest().min(self.max - self.deadband);
@@ -193,11 +198,12 @@ impl ThrustCurve {
         self.supply.map_or(1.0, |s| s.factor(supply))
     }
 
-    /// Refuses a curve that no thruster can have.
+    /// Checks that a thruster can have this curve.
     ///
     /// # Errors
-    /// Anything not finite (but `max`); thrust that falls as the command grows from the dead band to `max`; a dead
-    /// band that is negative or leaves nothing; a reference supply that is not positive.
+    /// A value that is not finite (except `max`); thrust that falls as the command grows from the
+    /// dead band to `max`; a dead band that is negative or not below `max`; a reference supply that
+    /// is not positive.
     pub fn validate(&self) -> Result<(), CurveError> {
         for (direction, c) in [("forward", self.forward), ("reverse", self.reverse)] {
             for (key, value) in [("a", c.a), ("b", c.b)] {

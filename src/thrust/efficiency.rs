@@ -1,14 +1,15 @@
-//! From the nominal force to the one that acts, equation (16).
+//! The acting force from the nominal force, equation (16).
 //!
 //! ```text
 //! τ = η_inter η_adv τ_nom
 //! ```
 //!
-//! τ_nom is the force of the thrusters at bollard pull, each alone (N, N·m); η_inter the loss by interaction
-//! ([`super::interaction`]), η_adv the loss by advance ([`super::advance`]). The paper takes the advance speed of every
-//! thruster as that of the vehicle, and names this as an error of its own: its front thrusters stand 36° off the axis.
-//! The speed along each thruster's own axis is the other choice. Source: Avila, Donha and Adamowski, *Ocean
-//! Engineering* 60 (2013) 81-94, eq. (16).
+//! τ_nom is the force of the thrusters at bollard pull, each alone (N, N·m); η_inter the loss by
+//! interaction ([`super::interaction`]), η_adv the loss by advance ([`super::advance`]). The paper
+//! uses the speed of the vehicle as the advance speed of every thruster, and names this as a source
+//! of error: its front thrusters stand 36° off the axis. The alternative is the speed along each
+//! thruster's own axis. Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94,
+//! eq. (16).
 
 use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -19,51 +20,51 @@ use super::interaction::InteractionTable;
 use super::thruster::Thruster;
 use crate::frame::Dof;
 
-/// What is taken as a thruster's advance speed.
+/// Definition of a thruster's advance speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AdvanceSpeed {
     /// The speed of the vehicle, |(u, v, w)|, as in the paper.
     #[default]
     Vehicle,
-    /// The velocity of the water past the thruster, s·(v + ω × p), along its own axis.
+    /// The speed of the thruster through the water along its own axis, s·(v + ω × p).
     ThrusterAxis,
 }
 
-/// The `[efficiency]` table of a campaign; no loss at all when absent.
+/// The `[efficiency]` table of a campaign; without it there is no loss.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Efficiency {
     /// Loss by interaction.
     pub eta_inter: InteractionTable,
-    /// Loss by advance; none when absent.
+    /// Loss by advance; none if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eta_adv: Option<AdvanceLoss>,
-    /// What is taken as a thruster's advance speed.
+    /// Definition of a thruster's advance speed.
     pub advance_speed: AdvanceSpeed,
 }
 
-/// A force that acts, and whether its efficiency was measured.
+/// An acting force, and the coverage of its efficiency by measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delivered<T> {
     /// Force or wrench, N and N·m.
     pub force: T,
-    /// Whether η_adv was measured at this advance speed; of several thrusters the worst.
+    /// Coverage of η_adv at this advance speed; the worst of several thrusters.
     pub coverage: Coverage,
 }
 
-/// Efficiencies that cannot be, or cannot be found.
+/// The reason why efficiencies are impossible or cannot be fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum EfficiencyError {
-    /// η_inter is no efficiency.
+    /// η_inter is not positive and finite.
     #[error("eta_inter of {dof} = {value}: must be a positive number, near 1")]
     BadInteraction {
         /// Degree of freedom.
         dof: Dof,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
-    /// One group has two efficiencies.
+    /// A group of thrusters has two efficiencies.
     #[error("eta_inter of {dof} with thrusters {thrusters:?} is given twice")]
     SameGroup {
         /// Degree of freedom.
@@ -71,13 +72,13 @@ pub enum EfficiencyError {
         /// The group.
         thrusters: Vec<String>,
     },
-    /// η_adv is no line of an efficiency.
+    /// η_adv is not finite, or has no positive intercept or no valid range.
     #[error("eta_adv {{ slope = {}, intercept = {}, valid = {:?} }}: needs a positive intercept and a range of speeds from 0 or above", .loss.slope, .loss.intercept, .loss.valid)]
     BadAdvance {
-        /// What was given.
+        /// The given value.
         loss: AdvanceLoss,
     },
-    /// Two lists that belong together differ in length.
+    /// Two lists have different lengths.
     #[error("one {second} a {first} is needed: {rows} and {others} values")]
     Lengths {
         /// First list.
@@ -89,17 +90,17 @@ pub enum EfficiencyError {
         /// Length of the second.
         others: usize,
     },
-    /// A value is not a number.
+    /// A value is not finite.
     #[error("{column}, row {row} (counted from 1) = {value}: must be finite")]
     NotFinite {
         /// Which list.
         column: &'static str,
         /// Which row, counted from 1.
         row: usize,
-        /// What it holds.
+        /// The value.
         value: f64,
     },
-    /// Too little data.
+    /// There are too few rows.
     #[error("{rows} rows: an efficiency with its standard deviation needs at least {needed}")]
     TooFewRows {
         /// How many there are.
@@ -116,7 +117,7 @@ pub enum EfficiencyError {
 }
 
 impl EfficiencyError {
-    /// Refuses two lists that do not belong together, are too short or hold something not finite.
+    /// Checks that two lists have the same length, enough rows and finite values.
     pub(super) fn check(a: (&'static str, &[f64]), b: (&'static str, &[f64]), needed: usize) -> Result<(), Self> {
         let (rows, others) = (a.1.len(), b.1.len());
         if rows != others {
@@ -135,16 +136,17 @@ impl EfficiencyError {
 }
 
 impl Efficiency {
-    /// The force that acts in one degree of freedom, N or N·m, at an advance speed v_a (m/s, positive where thrust
-    /// is along the motion), with the thrusters named running.
+    /// The acting force in one degree of freedom, N or N·m, at an advance speed v_a (m/s, positive
+    /// if thrust is along the motion), while the named thrusters run.
     pub fn force(&self, dof: Dof, running: &[&str], nominal: f64, v_a: f64) -> Delivered<f64> {
         let advance = self.advance(v_a);
         let eta = self.eta_inter.value(dof, running) * advance.efficiency;
         Delivered { force: eta * nominal, coverage: advance.coverage }
     }
 
-    /// The wrench that acts, N and N·m, of the nominal force (N) of each thruster while the vehicle moves with ν
-    /// relative to the water (m/s, rad/s): η_adv on each thruster, η_inter on each degree of freedom of the sum.
+    /// The acting wrench, N and N·m, for the nominal force (N) of each thruster while the vehicle
+    /// moves with ν relative to the water (m/s, rad/s): η_adv on each thruster, η_inter on each
+    /// degree of freedom of the sum.
     pub fn wrench(&self, thrusters: &[Thruster], forces: &[f64], nu: &Vector6<f64>) -> Delivered<Vector6<f64>> {
         let mut total = Delivered { force: Vector6::zeros(), coverage: Coverage::Covered };
         let mut running = vec![];
@@ -155,7 +157,7 @@ impl Efficiency {
             total.coverage = total.coverage.max(advance.coverage);
         }
         for dof in Dof::ALL {
-            // the group of a degree of freedom is that of the thrusters that push in it
+            // the group of a degree of freedom consists of the running thrusters that push in it
             let pushes = |t: &&&Thruster| t.pushes(dof);
             let group: Vec<&str> = running.iter().filter(pushes).map(|t| t.name.as_str()).collect();
             total.force[dof.index()] *= self.eta_inter.value(dof, &group);
@@ -163,25 +165,26 @@ impl Efficiency {
         total
     }
 
-    /// Advance speed of one thruster, m/s: positive where it moves the way it pushes.
+    /// Advance speed of one thruster, m/s: positive where it moves in the direction in which it
+    /// pushes.
     pub fn advance_of(&self, thruster: &Thruster, force: f64, nu: &Vector6<f64>) -> f64 {
         let velocity = Vector3::new(nu[0], nu[1], nu[2]);
         let omega = Vector3::new(nu[3], nu[4], nu[5]);
         let push = thruster.direction() * force.signum();
         match self.advance_speed {
-            // At right angles to the motion the thrust is not against it.
+            // thrust at right angles to the motion is not against it
             AdvanceSpeed::Vehicle if push.dot(&velocity) < 0.0 => -velocity.norm(),
             AdvanceSpeed::Vehicle => velocity.norm(),
             AdvanceSpeed::ThrusterAxis => push.dot(&(velocity + omega.cross(&Vector3::from(thruster.position)))),
         }
     }
 
-    /// η_adv at an advance speed v_a, m/s; 1 where none is given.
+    /// η_adv at an advance speed v_a, m/s; 1 if no loss is given.
     pub fn advance(&self, v_a: f64) -> Advance {
         self.eta_adv.map_or(Advance { efficiency: 1.0, coverage: Coverage::Covered }, |loss| loss.at(v_a))
     }
 
-    /// Refuses efficiencies that cannot be.
+    /// Checks the efficiencies.
     ///
     /// # Errors
     /// As [`InteractionTable::validate`] and [`AdvanceLoss::validate`].

@@ -1,13 +1,14 @@
-//! The thruster's curve from a bollard-pull table, by least squares for each direction.
+//! Fit of the thruster's curve to a bollard-pull table, by least squares for each direction.
 //!
 //! ```text
 //! |F| = (a x² + b x) (V_s/V_ref)ⁿ,     x = max(0, |V| − c)
 //! ```
 //!
-//! a and b (N/V², N/V) are linear and found for each direction; the dead band c (as V), common to both, and the
-//! exponent n of the supply voltage are found by profile: over each the sum of squares that the best a and b leave is
-//! minimised. Where a shape parameter is free, all standard deviations come from the linearised joint problem, so that
-//! a and b carry its uncertainty too. Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, eq. (1).
+//! a and b (N/V², N/V) are linear and fitted for each direction. The dead band c (as V), common to
+//! both, and the exponent n of the supply voltage are fitted by profile: the sum of squares of the
+//! best a and b is minimised over each. If a shape parameter is free, all standard deviations come
+//! from the linearised joint problem, so that those of a and b include its uncertainty. Source:
+//! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, eq. (1).
 
 mod covariance;
 
@@ -23,7 +24,7 @@ use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Refineme
 pub struct Estimate {
     /// The number.
     pub value: f64,
-    /// One standard deviation; 0 for a held number.
+    /// Standard deviation; 0 for a held number.
     pub std: f64,
 }
 
@@ -34,7 +35,7 @@ pub struct DirectionFit {
     pub a: Estimate,
     /// Linear coefficient, N/V.
     pub b: Estimate,
-    /// Rows of the table with a command this way.
+    /// Number of rows of the table with a command in this direction.
     pub rows: usize,
     /// Standard deviation of the residual, N: sqrt(Σe²/(rows − 2)).
     pub residual_std: f64,
@@ -42,10 +43,11 @@ pub struct DirectionFit {
     pub covariance: f64,
 }
 
-/// A fitted curve with what is known about it.
+/// A fitted curve with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFit {
-    /// The curve; its `max` is the one given, or, where thrust would fall beyond it, the table's greatest command.
+    /// The curve; its `max` is the given one, or the table's greatest command if the thrust would
+    /// fall beyond it.
     pub curve: ThrustCurve,
     /// Coefficients for V > 0.
     pub forward: DirectionFit,
@@ -53,9 +55,9 @@ pub struct CurveFit {
     pub reverse: DirectionFit,
     /// Dead band, as V.
     pub deadband: Estimate,
-    /// Exponent n; `None` when the table holds fewer than two supply voltages.
+    /// Exponent n; `None` if the table has fewer than two supply voltages.
     pub exponent: Option<Estimate>,
-    /// Covariance of a and b forward, a and b in reverse, dead band, exponent; 0 for what was held.
+    /// Covariance of a and b forward, a and b in reverse, dead band, exponent; 0 for held values.
     pub covariance: [[f64; 6]; 6],
 }
 
@@ -77,7 +79,7 @@ impl Direction {
     }
 }
 
-/// a and b, and what they leave.
+/// a and b with their covariance, and the residual.
 struct Regression {
     coefficients: Vec<f64>,
     covariance: Vec<Vec<f64>>,
@@ -96,13 +98,14 @@ impl From<Fit> for Regression {
     }
 }
 
-/// The profile solves two columns some thousand times: plain QR is as good as the table.
+/// The profile solves two columns about a thousand times: plain QR is accurate enough for the
+/// table.
 fn regress(columns: &[&[f64]], y: &[f64]) -> Result<Regression, LeastSquaresError> {
     let options = LeastSquaresOptions { refinement: Refinement::Never, ..LeastSquaresOptions::default() };
     least_squares_with(columns, y, &options).map(Regression::from)
 }
 
-/// The rows of one direction with the signs taken off.
+/// The rows of one direction, without signs.
 struct Side {
     direction: Direction,
     command: Vec<f64>,
@@ -143,7 +146,7 @@ impl Side {
         self.rows(c, n).map(|(x, k)| (x * x * k, x * k)).unzip::<_, _, Vec<_>, Vec<_>>().into()
     }
 
-    /// Best a and b; with `bounded`, under b ≥ 0.
+    /// The best a and b; with `bounded`, under b ≥ 0.
     fn regress(&self, c: f64, n: f64, bounded: bool) -> Result<Regression, FitError> {
         let direction = self.direction.name();
         let rows = self.command.iter().filter(|v| **v > c).count();
@@ -162,20 +165,22 @@ impl Side {
         Ok(Regression { coefficients, covariance: free.covariance, ..alone })
     }
 
-    /// Sum of squares left by the best a and b ≥ 0 (a free dead band and a negative b do the same work); infinite
-    /// where there are none.
+    /// Sum of squares for the best a and b ≥ 0 (a free dead band and a negative b have the same
+    /// effect); infinite if there are none.
     fn cost(&self, c: f64, n: f64) -> f64 {
         self.regress(c, n, true).map_or(f64::INFINITY, |fit| fit.sum_of_squares)
     }
 
-    /// The result for held c and n. With `bounded` b is kept at 0 or above; without, a b clearly below is refused.
+    /// The result for held c and n. With `bounded`, b is kept at 0 or above; without, a b clearly
+    /// below 0 is an error.
     fn fit(&self, c: f64, n: f64, bounded: bool) -> Result<DirectionFit, FitError> {
         let free = self.regress(c, n, bounded)?;
         let reach = self.greatest() - c;
         let force = self.force.iter().copied().fold(0.0, f64::max);
         let [a, b] = [0, 1].map(|i| Estimate { value: free.coefficients[i], std: free.covariance[i][i].sqrt() });
         let covariance = free.covariance[0][1];
-        // Noise, or rounding of a table made by formula, may carry a b of zero below it; more than that is no thruster.
+        // noise, or rounding of a table computed by the formula, may make a b of zero negative;
+        // more than that is no thruster
         let slack = (2.0 * b.std * reach).max(1e-9 * force);
         let slope = 2.0 * a.value * reach + b.value;
         if b.value * reach < -slack || slope * reach < -1e-9 * force {
@@ -189,7 +194,8 @@ impl Side {
     }
 }
 
-/// The minimum of f on [low, high]: a grid first, for a dead band makes f kinked, then golden section about its best.
+/// The minimum of f on [low, high]: by a grid, because a dead band gives f kinks, then by golden
+/// section about the best grid point.
 fn minimum(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     const CELLS: usize = 24;
     let at = |i: usize| low + (high - low) * i as f64 / CELLS as f64;
@@ -199,7 +205,8 @@ fn minimum(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut left, mut right) = (at(best.saturating_sub(1)), at((best + 1).min(CELLS)));
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut a, mut b) = (tried(right - golden * (right - left)), tried(left + golden * (right - left)));
-    // 0.618³⁴ of two cells is the eighth digit: beyond it the sum of squares is flat in floating point.
+    // 0.618³⁴ of two cells is in the eighth digit: beyond it the sum of squares is flat in floating
+    // point
     for _ in 0..34 {
         if a.0 <= b.0 {
             (right, b) = (b.1, a);
@@ -209,15 +216,17 @@ fn minimum(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
             b = tried(left + golden * (right - left));
         }
     }
-    // An end of the interval is never inside a bracket.
+    // the end of the interval is never inside a bracket
     [a, b, grid[best]].into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(low, |(_, x)| x)
 }
 
-/// Fits the whole curve to a bollard table. The exponent n is fitted when the table holds more than one supply voltage.
+/// Fits the whole curve to a bollard table. The exponent n is fitted if the table has more than one
+/// supply voltage.
 ///
 /// # Errors
-/// Columns of different length, cells or options that cannot be; fewer than 3 rows a direction; commands that do not
-/// tell the parameters apart; a force against the command; thrust that falls as the command grows.
+/// Columns of different length, unusable cells or options; fewer than 3 rows in a direction;
+/// commands that do not separate the parameters; a force against the command; thrust that falls as
+/// the command grows.
 pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit, FitError> {
     check(table, options)?;
     let limit = options.max.unwrap_or(f64::INFINITY);
@@ -232,7 +241,7 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
         DeadBand::Given(c) => c,
         DeadBand::Fitted => minimum(0.0, widest, |c| cost(c, n)),
     };
-    // Propeller theory says 1 to 2.
+    // limits of the search; propeller theory gives 1 to 2
     let (least, most) = (-1.0, 4.0);
     let n = if several { minimum(least, most, |n| cost(deadband_at(n), n)) } else { 0.0 };
     let c = deadband_at(n);
@@ -282,7 +291,7 @@ mod tests {
     use super::*;
     use crate::thrust::noise::Noise;
 
-    /// The paper's thruster at ± 0.1 … ± 4 V with `std` N of noise.
+    /// The paper's thruster at ± 0.1 … ± 4 V, with noise of `std` N.
     fn paper_table(deadband: f64, supplies: &[f64], std: f64, noise: &mut Noise) -> [Vec<f64>; 3] {
         let curve = ThrustCurve {
             deadband,

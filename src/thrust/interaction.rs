@@ -1,13 +1,13 @@
-//! Loss of thrust by interaction, η_inter: thrusters that run together, in the flow about a hull, give less than the
-//! sum of each alone.
+//! Loss of thrust by interaction, η_inter: thrusters that run together, in the flow about a hull,
+//! give less than the sum of their single forces.
 //!
 //! ```text
 //! τ_measured = η_inter τ_nom,     η̂ = Σ τ_nom τ_measured / Σ τ_nom²
 //! ```
 //!
-//! One scalar for each degree of freedom and group of thrusters that runs, least squares of the force measured by load
-//! cells on the nominal force (N, or N·m). Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94,
-//! Table 2.
+//! η_inter is one scalar for each degree of freedom and group of running thrusters, by least
+//! squares of the force of load cells on the nominal force (N, or N·m). Source: Avila, Donha and
+//! Adamowski, *Ocean Engineering* 60 (2013) 81-94, Table 2.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ use crate::least_squares::{LeastSquaresError, least_squares};
 pub struct Interaction {
     /// Degree of freedom.
     pub dof: Dof,
-    /// Names of the thrusters that run; none stands for any.
+    /// Names of the running thrusters; an empty list means any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<String>,
     /// η_inter, 1.
@@ -34,14 +34,14 @@ pub struct Interaction {
     pub std: Option<f64>,
 }
 
-/// All entries of η_inter: in a campaign either `{ surge = 0.97, … }` or a list of [`Interaction`].
+/// The entries of η_inter: in a campaign either `{ surge = 0.97, … }` or a list of [`Interaction`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct InteractionTable(pub Vec<Interaction>);
 
 impl InteractionTable {
-    /// η_inter of a degree of freedom while the thrusters named are running: the entry of exactly this group, else
-    /// the one of any group, else 1.
+    /// η_inter of a degree of freedom while the named thrusters run: the entry of exactly this
+    /// group, else that of any group, else 1.
     pub fn value(&self, dof: Dof, running: &[&str]) -> f64 {
         let same = |entry: &&Interaction| {
             entry.thrusters.len() == running.len()
@@ -52,7 +52,7 @@ impl InteractionTable {
         of_dof.find(|entry| !entry.thrusters.is_empty() && same(entry)).or_else(any).map_or(1.0, |entry| entry.value)
     }
 
-    /// Refuses entries that cannot be.
+    /// Checks the entries.
     ///
     /// # Errors
     /// A value that is not positive and finite; two entries of one degree of freedom and group.
@@ -76,7 +76,7 @@ impl InteractionTable {
 
 impl<'de> Deserialize<'de> for InteractionTable {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<InteractionTable, D::Error> {
-        // By hand, because an untagged enum would answer a misspelt key with "matches no variant".
+        // by hand, because an untagged enum would report a misspelt key as "matches no variant"
         struct Table;
         impl<'de> Visitor<'de> for Table {
             type Value = InteractionTable;
@@ -110,7 +110,7 @@ impl<'de> Deserialize<'de> for InteractionTable {
 pub struct InteractionFit {
     /// η_inter, 1.
     pub value: f64,
-    /// Its standard deviation, right where the residuals are independent.
+    /// Its standard deviation, valid if the residuals are independent.
     pub std: f64,
     /// Standard deviation of the residual, N or N·m.
     pub residual_std: f64,
@@ -118,10 +118,12 @@ pub struct InteractionFit {
     pub rows: usize,
 }
 
-/// Fits η_inter of one degree of freedom and group: `measured` by load cells on `nominal`, both N or both N·m.
+/// Fits η_inter of one degree of freedom and group: `measured` by load cells on `nominal`, both N
+/// or both N·m.
 ///
 /// # Errors
-/// Lists of different length, values that are not finite, fewer than 2 rows, a nominal force of zero throughout.
+/// Lists of different length, values that are not finite, fewer than 2 rows, a nominal force of
+/// zero throughout.
 pub fn fit_interaction(nominal: &[f64], measured: &[f64]) -> Result<InteractionFit, EfficiencyError> {
     EfficiencyError::check(("nominal force", nominal), ("measured force", measured), 2)?;
     let fit = least_squares(&[nominal], measured).map_err(|error| EfficiencyError::NotIdentifiable {
@@ -181,7 +183,8 @@ mod tests {
 
     #[test]
     fn paper_profile_gives_its_efficiency_back() {
-        // the paper's bollard profile 263.27 sin(2πt/24) + 296.80 N with Table 2's 0.905, at 10 Hz for two periods
+        // the paper's bollard profile 263.27 sin(2πt/24) + 296.80 N with Table 2's 0.905, at 10 Hz
+        // for two periods
         let nominal: Vec<f64> =
             (0..480).map(|k| 263.27 * (std::f64::consts::TAU * 0.1 * f64::from(k) / 24.0).sin() + 296.80).collect();
         let mut noise = Noise::new(2);

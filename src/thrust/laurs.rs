@@ -1,7 +1,9 @@
-//! LAURS, the paper's vehicle, for the tests of this room: dry figures, eight thrusters, efficiencies.
+//! LAURS, the paper's vehicle, for the tests of this module: dry figures, eight thrusters,
+//! efficiencies.
 //!
-//! They stand in `vehicles/laurs.toml`, where what the paper does not say (positions, rear angles, limits) is marked as
-//! assumed. Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
+//! They are in `vehicles/laurs.toml`, where values that the paper does not give (positions, rear
+//! angles, limits) are marked as assumed. Source: Avila, Donha and Adamowski, *Ocean Engineering*
+//! 60 (2013) 81-94.
 
 use nalgebra::Vector6;
 
@@ -20,7 +22,7 @@ pub(super) fn thrusters() -> Vec<Thruster> {
     table().remove("thruster").unwrap().try_into().unwrap()
 }
 
-/// Wrench of 100 N from each thruster named.
+/// Wrench of 100 N from each named thruster.
 fn push(names: &[&str]) -> Vector6<f64> {
     let thrusters = thrusters();
     let force = |t: &Thruster| if names.contains(&t.name.as_str()) { 100.0 } else { 0.0 };
@@ -63,7 +65,7 @@ fn paper_groups_do_what_the_paper_does_with_them() {
 
 #[test]
 fn paper_surge_profile_is_within_reach_of_the_front_thrusters() {
-    // 145.3 + 185.7 N of T5 and T6 alone, the greatest of the oscillation runs, and W − B besides
+    // T5 and T6 alone give the greatest force of the oscillation runs in surge, 145.3 + 185.7 N
     let front = thrusters()[0].curve();
     let each = (145.3 + 185.7) / (2.0 * 36.0_f64.to_radians().cos());
     let command = front.inverse(each);

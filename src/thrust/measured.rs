@@ -1,27 +1,29 @@
-//! A curve found from a bollard table, and the thrust that slightly other coefficients would have given.
+//! A curve that was fitted to a bollard table, and the thrust under slightly different
+//! coefficients.
 //!
 //! ```text
 //! V = curve⁻¹(F_nom)          F' = curve'(V)
 //! ```
 //!
-//! How far an estimate moves as a coefficient moves by its deviation is how much of that deviation it takes over. The
-//! command is taken back from the nominal force, so that a run needs no more than its forces.
+//! The change of an estimate when a coefficient changes by its standard deviation is the
+//! uncertainty that it inherits. The command is computed back from the nominal force, so that a run
+//! needs its forces only.
 
 use super::curve::{Supply, ThrustCurve};
 use super::fit::CurveFit;
 use crate::noise::Noise;
 
-/// By how much each coefficient of a curve is greater, in the order of [`CurveFit::covariance`].
+/// Increase of each coefficient of a curve, in the order of [`CurveFit::covariance`].
 pub type Moves = [f64; MeasuredCurve::COEFFICIENTS];
 
-/// A curve that was found from a table, and the thrusters that have it.
+/// A curve that was fitted to a table, and the thrusters that have it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredCurve {
     /// The table.
     pub file: String,
-    /// Numbers of the thrusters, counted from 0.
+    /// Indices of the thrusters, from 0.
     pub thrusters: Vec<usize>,
-    /// The curve and what is known of it.
+    /// The curve with its standard deviations.
     pub fit: CurveFit,
 }
 
@@ -37,12 +39,12 @@ impl MeasuredCurve {
             [coefficient]
     }
 
-    /// One coefficient greater by `by`.
+    /// The increase of one coefficient by `by`.
     pub fn one(coefficient: usize, by: f64) -> Moves {
         std::array::from_fn(|k| if k == coefficient { by } else { 0.0 })
     }
 
-    /// What the table leaves uncertain, drawn: L n with L Lᵀ = Σ and n standard normal.
+    /// A random draw of the coefficients' errors: L n with L Lᵀ = Σ and n standard normal.
     pub fn drawn(&self, noise: &mut Noise) -> Moves {
         let covariance = &self.fit.covariance;
         let mut factor = [[0.0; Self::COEFFICIENTS]; Self::COEFFICIENTS];
@@ -50,7 +52,7 @@ impl MeasuredCurve {
             for j in 0..=i {
                 let sum: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
                 let left = covariance[i][j] - sum;
-                // a coefficient that is known for certain, or follows from others, has no share of its own
+                // a coefficient that is certain, or determined by others, has no share of its own
                 factor[i][j] = match i == j {
                     true => left.max(0.0).sqrt(),
                     false if factor[j][j] > 0.0 => left / factor[j][j],
@@ -63,7 +65,7 @@ impl MeasuredCurve {
     }
 }
 
-/// `curve` with each coefficient greater by its entry of `by`.
+/// `curve` with each coefficient increased by its entry of `by`.
 fn moved(mut curve: ThrustCurve, by: &Moves) -> ThrustCurve {
     curve.forward.a += by[0];
     curve.forward.b += by[1];
@@ -74,8 +76,8 @@ fn moved(mut curve: ThrustCurve, by: &Moves) -> ThrustCurve {
     curve
 }
 
-/// The force (N) that the command of a nominal `force` would give were the coefficients of `curve` greater by `by`;
-/// `supply` the voltage at that instant where it is logged.
+/// The force (N) that the command of a nominal `force` would give if the coefficients of `curve`
+/// were greater by `by`. `supply`: voltage at that instant, if it is logged.
 pub fn reshaped(curve: &ThrustCurve, by: &Moves, force: f64, supply: Option<f64>) -> f64 {
     let factor = |curve: &ThrustCurve| supply.zip(curve.supply).map_or(1.0, |(volts, s)| s.factor(volts));
     let command = curve.inverse(force / factor(curve)).voltage;
@@ -102,7 +104,7 @@ mod tests {
                 let by = MeasuredCurve::one(coefficient, 0.03);
                 let expected = told(&moved(curve, &by));
                 let found = reshaped(&curve, &by, told(&curve), volts);
-                // in the dead band there is no force to take a command from
+                // inside the dead band there is no force from which to compute a command
                 assert!((found - expected).abs() < 1e-12 * 30.0, "{command} {coefficient}: {found} {expected}");
             }
         }

@@ -1,11 +1,12 @@
-//! One thruster as a campaign describes it: where it sits, where it points, what it gives for a command.
+//! A thruster as a campaign describes it: position, direction, and force for a command.
 //!
 //! ```text
 //! w = F (s, p × s)          V = (pwm − neutral)/span
 //! ```
 //!
-//! p is the position (m) and s the unit axis in body axes, F the force along s (N), w the wrench at the body origin
-//! (N, N·m); pwm is the width of the pulse that the thruster's controller is sent (µs), V the normalised command.
+//! p is the position (m) and s the unit axis in body axes, F the force along s (N), w the wrench at
+//! the body origin (N, N·m); pwm is the pulse width that the thruster's controller receives (µs), V
+//! the normalised command.
 
 use std::fmt;
 
@@ -22,19 +23,19 @@ use crate::frame::Dof;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Thruster {
-    /// Name, as the maker of the vehicle calls it.
+    /// Name, as the maker of the vehicle uses it.
     pub name: String,
     /// Position p in body axes, m.
     pub position: [f64; 3],
     /// Direction of positive force in body axes; any length but zero, only the direction counts.
     pub axis: [f64; 3],
-    /// Coefficients of the curve for V > 0; all 0 where they are found from `bollard`.
+    /// Coefficients of the curve for V > 0; all 0 if they are fitted to `bollard`.
     #[serde(default, skip_serializing_if = "Coefficients::are_none")]
     pub forward: Coefficients,
-    /// Coefficients of the curve for V < 0; all 0 where they are found from `bollard`.
+    /// Coefficients of the curve for V < 0; all 0 if they are fitted to `bollard`.
     #[serde(default, skip_serializing_if = "Coefficients::are_none")]
     pub reverse: Coefficients,
-    /// Table from which the curve is found.
+    /// Table to which the curve is fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bollard: Option<BollardTable>,
     /// Dead band of the command, as V.
@@ -54,21 +55,22 @@ pub struct Thruster {
     pub supply: Option<Supply>,
 }
 
-/// A bollard-pull table of one thruster as a campaign names it: a path, or a table with more to say.
+/// A bollard-pull table of one thruster as a campaign names it: a path, or a TOML table with
+/// options.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BollardTable {
     /// CSV file, relative to the campaign's folder.
     pub file: String,
-    /// Column of the command; that of this thruster's number, `V1` …, or the only one, when absent.
+    /// Column of the command; if absent, that of this thruster's number, `V1` …, or the only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
-    /// Column of the force along the axis, N; `force`, or the only load cell, when absent.
+    /// Column of the force along the axis, N; if absent, `force` or the only load cell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
-    /// Whether the dead band is found from the table; else `deadband` of the thruster is held.
+    /// Whether the dead band is fitted to the table; else `deadband` of the thruster is held.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub fit_deadband: bool,
-    /// Supply voltage at which the coefficients shall hold, V; the median of the table when absent.
+    /// Supply voltage at which the coefficients hold, V; the median of the table if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_supply: Option<f64>,
 }
@@ -113,17 +115,17 @@ impl<'de> Deserialize<'de> for BollardTable {
     }
 }
 
-/// A thruster that cannot be used.
+/// The reason why a thruster cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ThrusterError {
-    /// No direction, or no place.
+    /// Axis or position is not usable.
     #[error("thruster {name:?}: {key} = {value:?} must be three finite numbers{}", if *.key == "axis" { ", not all zero" } else { "" })]
     BadVector {
         /// Which thruster.
         name: String,
         /// `position` or `axis`.
         key: &'static str,
-        /// What it holds.
+        /// The value.
         value: [f64; 3],
     },
     /// A curve that no thruster can have.
@@ -131,10 +133,10 @@ pub enum ThrusterError {
     Curve {
         /// Which thruster.
         name: String,
-        /// What is wrong with its curve.
+        /// The error of its curve.
         source: CurveError,
     },
-    /// No way from a command to a force.
+    /// There is neither a curve nor a table.
     #[error(
         "thruster {name:?} has no curve: give forward = {{ a, b }} and reverse = {{ a, b }}, or bollard = \"table.csv\" to find them from"
     )]
@@ -142,13 +144,13 @@ pub enum ThrusterError {
         /// Which thruster.
         name: String,
     },
-    /// Two ways from a command to a force.
+    /// There are both a curve and a table.
     #[error("thruster {name:?} has coefficients and a bollard table: keep `forward` and `reverse`, or `bollard`")]
     TwoCurves {
         /// Which thruster.
         name: String,
     },
-    /// A pulse width cannot become a command.
+    /// A pulse width cannot be converted to a command.
     #[error(
         "thruster {name:?}: a command in us needs a finite `neutral` and a `span` other than 0; they are {neutral:?} and {span:?}"
     )]
@@ -192,7 +194,7 @@ impl Thruster {
         Vector6::new(s.x, s.y, s.z, moment.x, moment.y, moment.z)
     }
 
-    /// Whether it gives a force or moment in `dof`: more than the rounding of its axis.
+    /// Whether it gives a force or moment in `dof` beyond the rounding of its axis.
     pub fn pushes(&self, dof: Dof) -> bool {
         self.unit_wrench()[dof.index()].abs() > 1e-12
     }
@@ -200,7 +202,7 @@ impl Thruster {
     /// Normalised command (pwm − neutral)/span of a pulse width, µs.
     ///
     /// # Errors
-    /// When `neutral` or `span` is absent or cannot be used.
+    /// If `neutral` or `span` is absent or not usable.
     pub fn command_of_pulse(&self, pulse: f64) -> Result<f64, ThrusterError> {
         match (self.neutral, self.span) {
             (Some(neutral), Some(span)) if neutral.is_finite() && span.is_finite() && span.abs() > 0.0 => {
@@ -210,11 +212,11 @@ impl Thruster {
         }
     }
 
-    /// Refuses a thruster that cannot be used.
+    /// Checks the thruster.
     ///
     /// # Errors
-    /// A position or axis that is not finite, an axis of no length, an impossible curve, half a description of the
-    /// pulse.
+    /// A position or axis that is not finite, an axis of length zero, no curve, two or an
+    /// impossible one, an incomplete description of the pulse.
     pub fn validate(&self) -> Result<(), ThrusterError> {
         let name = || self.name.clone();
         if !self.position.iter().all(|x| x.is_finite()) {
@@ -266,7 +268,7 @@ mod tests {
 
     #[test]
     fn exact_wrench_of_a_force_off_the_origin() {
-        // down at (0.2, 0.1, 0): roll y·Fz, pitch −x·Fz; the axis' length does not count
+        // down at (0.2, 0.1, 0): roll y·Fz, pitch −x·Fz; the length of the axis does not matter
         assert!((t200().unit_wrench() - Vector6::new(0.0, 0.0, 1.0, 0.1, -0.2, 0.0)).amax() < 1e-15);
     }
 

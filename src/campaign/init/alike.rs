@@ -1,12 +1,12 @@
-//! Logs of one header are read alike: what the reader lets pass in one of them it lets pass in all, and a yaw rate counts the other
-//! way in most of them or in none.
+//! Logs with the same header are read alike: what the reader tolerates in one of them it tolerates
+//! in all, and the yaw rate has one sign in all of them.
 
 use std::collections::BTreeMap;
 
 use super::reading::Understood;
 use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, Truncated};
 
-/// Brings the options of logs with the same header together.
+/// Makes the options of logs with the same header equal.
 pub fn settle(logs: &mut [Understood]) {
     let mut alike: BTreeMap<Vec<String>, Vec<usize>> = BTreeMap::new();
     for (k, log) in logs.iter().enumerate().filter(|(_, log)| log.log.is_some()) {
@@ -18,7 +18,7 @@ pub fn settle(logs: &mut [Understood]) {
     }
 }
 
-/// Lets pass in all what passes in one.
+/// Tolerates in all logs what one of them needs.
 fn let_pass(logs: &mut [Understood], group: &[usize]) {
     let mut texts: Vec<String> = group.iter().flat_map(|k| logs[*k].options.missing_values.clone()).collect();
     texts.sort();
@@ -61,7 +61,7 @@ fn let_pass(logs: &mut [Understood], group: &[usize]) {
     }
 }
 
-/// Counts the yaw rate in all as the most of those say in which the heading tells.
+/// Gives the yaw rate of all logs the sign of the majority of those logs whose heading tells it.
 fn turn(logs: &mut [Understood], group: &[usize]) {
     let votes: Vec<(usize, f64)> = group.iter().filter_map(|k| Some((*k, logs[*k].turns?))).collect();
     let reversed = votes.iter().filter(|(_, turns)| *turns < 0.0).count();
@@ -71,7 +71,7 @@ fn turn(logs: &mut [Understood], group: &[usize]) {
     let counts_back = 2 * reversed > votes.len();
     for k in group {
         let own = votes.iter().find(|(vote, _)| vote == k).map(|(_, turns)| *turns < 0.0);
-        // nothing has turned that of a log whose heading does not tell
+        // the sign of a log whose heading does not tell has not been changed so far
         if own.unwrap_or(false) == counts_back {
             continue;
         }

@@ -1,4 +1,5 @@
-//! Reading a log until nothing in it is refused, each thing that is let pass with the reason.
+//! Repeated reading of a log until nothing in it is refused; each exception is noted with its
+//! reason.
 
 use std::path::Path;
 
@@ -7,14 +8,15 @@ use super::units;
 use crate::log::options::{Duplicates, Missing, Repeated, Truncated};
 use crate::log::{self, LogError, LogFile, LogOptions, codes};
 
-/// Attempts to read before the file is written without this log.
+/// Maximum number of attempts to read a log.
 const ATTEMPTS: usize = 12;
 
-/// Rows that are this late may be out of order, s; further back a clock was set or another log begins.
+/// Largest step back of the time that counts as rows out of order, s; at a longer one a clock was
+/// set or another log begins.
 const SET_BACK: f64 = 1.0;
 
 impl Understood {
-    /// Reads the file, and again with another option for each thing that is refused.
+    /// Reads the file, again with another option for each thing that is refused.
     pub(super) fn attempt(&mut self, path: &Path) {
         for _ in 0..ATTEMPTS {
             match log::read(path, &self.options, &["t"]) {
@@ -37,7 +39,7 @@ impl Understood {
         }
     }
 
-    /// Allows what was refused; whether there was anything to allow.
+    /// Allows what was refused; returns whether an option has changed.
     fn relax(&mut self, error: &LogError, path: &Path) -> bool {
         let before = self.options.clone();
         for finding in error.findings() {
@@ -85,8 +87,8 @@ impl Understood {
         before != self.options
     }
 
-    /// What there is to do where time goes back by more than rows out of order do: sorted, the two stretches would be
-    /// rows of one another.
+    /// The advice if the time goes back by more than [`SET_BACK`], else `None`: sorting would mix
+    /// the rows of two stretches.
     fn set_back(&self, path: &Path) -> Option<String> {
         let sorted = LogOptions { sort: true, ..self.options.clone() };
         let mut rows = log::Rows::open(path, &sorted, &["t"]).ok()?;
@@ -105,7 +107,7 @@ impl Understood {
         None
     }
 
-    /// Takes codes for no value out; whether there was a new one.
+    /// Declares sentinel values as missing; returns whether there was a new one.
     fn sentinels(&mut self, log: &LogFile) -> bool {
         let mut new = false;
         for (name, signal) in &log.signals {
@@ -124,7 +126,8 @@ impl Understood {
         new
     }
 
-    /// Notices sensors whose values are repeated until the next; whether the option is new.
+    /// Notices sensors whose values are repeated until the next sample; returns whether the option
+    /// is new.
     fn holds(&mut self, log: &LogFile) -> bool {
         let told = log.warnings.iter().find(|found| found.code == codes::HELD.code);
         let (Repeated::Auto, Some(told)) = (self.options.repeated, told) else { return false };
@@ -134,7 +137,7 @@ impl Understood {
     }
 }
 
-/// The text in single quotes of a message.
+/// The text in the first single quotes of a message.
 fn quoted(message: &str) -> Option<String> {
     let (_, rest) = message.split_once('\'')?;
     rest.split_once('\'').map(|(text, _)| text.to_string()).filter(|text| !text.is_empty())

@@ -1,4 +1,4 @@
-//! Columns of thruster commands: which there are, in which unit, from which neutral on, held or not.
+//! Columns of thruster commands: their kind, unit and neutral.
 
 use super::units;
 use super::words::{self, Words};
@@ -6,7 +6,7 @@ use crate::log::columns::Quantity;
 use crate::log::options::{ColumnSource, LogOptions};
 use crate::run::Signal;
 
-/// What a thruster is sent, by the unit of its column.
+/// Kind of a thruster's command, by the unit of its column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Force, N.
@@ -28,13 +28,13 @@ pub enum Kind {
 pub struct Column {
     /// Header in the file.
     pub header: String,
-    /// What the thruster is called: number or side.
+    /// Label of the thruster: number or side.
     pub label: String,
-    /// Order among its like.
+    /// Order within its group.
     pub order: usize,
-    /// Kind by name and unit; `None` where the values must tell.
+    /// Kind by name and unit; `None` if only the values can tell.
     pub kind: Option<Kind>,
-    /// Words without the label: columns of one group have the same.
+    /// Words without the label: the same for all columns of one group.
     pub group: String,
 }
 
@@ -63,7 +63,7 @@ const DRIVES: &[&str] = &[
     "out",
     "output",
 ];
-/// Words of a force that is measured, and of a command without a number.
+/// Words that mean a measured force (`FORCE`), or a command without a number (`COMMAND`).
 pub const FORCE: &[&str] = &["force", "thrust", "load"];
 pub const COMMAND: &[&str] = &["input", "command", "cmd", "pwm", "throttle", "volts"];
 
@@ -72,7 +72,7 @@ pub fn names(words: &Words, wanted: &[&str]) -> bool {
     words.words.iter().any(|w| wanted.contains(&w.as_str()))
 }
 
-/// Single letters and words that are commands with a number only: V1, F2, T3, M4, C5.
+/// Single letters and words that mean a command only with a number: V1, F2, T3, M4, C5.
 const LETTERS: &[&str] = &["v", "f", "t", "m", "c", "ch", "chan", "channel", "u", "volt", "voltage", "force"];
 const SIDES: &[&str] = &[
     "left",
@@ -140,7 +140,7 @@ const NO_DRIVES: &[&str] = &[
     "covariance",
 ];
 
-/// The one thruster of a torpedo or a ship.
+/// Names of the command of a single thruster, as of a torpedo or a ship.
 const ONE: &[&[&str]] = &[
     &["rpm"],
     &["pwm"],
@@ -153,25 +153,25 @@ const ONE: &[&[&str]] = &[
     &["thr", "volt"],
 ];
 
-/// Names of what that one pushes with, where a log measures it.
+/// Names of the measured thrust of that thruster.
 const PUSH: &[&[&str]] =
     &[&["thrust"], &["prop", "thrust"], &["propeller", "thrust"], &["thrust", "prop"], &["total", "thrust"]];
 
-/// The measured thrust of the one propeller.
+/// The column of the measured thrust of a single propeller; `None` if the header is another one.
 pub fn push(header: &str, words: &Words) -> Option<Column> {
     let names: Vec<&str> = words.words.iter().map(String::as_str).collect();
     let unit = words.unit.as_deref().is_none_or(|unit| units::is_read(Quantity::Force, unit));
     (unit && PUSH.contains(&&names[..])).then(|| Column { kind: Some(Kind::Force), ..single(header, words) })
 }
 
-/// Reads a header as that of a thruster's command; `None` where it is none.
+/// Reads a header as that of a thruster's command; `None` if it is not one.
 pub fn of(header: &str, words: &Words) -> Option<Column> {
     let w: Vec<&str> = words.words.iter().map(String::as_str).collect();
     if w.iter().any(|word| NO_DRIVES.contains(word)) {
         return None;
     }
     let drive = w.iter().any(|word| DRIVES.contains(word));
-    // the last number is that of the thruster; one before a later word is one of a message
+    // the last number is that of the thruster; an earlier one belongs to a message
     let number = w.iter().rposition(|word| word.bytes().all(|b| b.is_ascii_digit()));
     let side = w.iter().position(|word| SIDES.contains(word) && (drive || word.len() > 1));
     let lettered = number.is_some() && w.len() == 2 && LETTERS.contains(&w[0]);
@@ -211,14 +211,15 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
     Some(Column { header: header.to_string(), label, order, kind, group: rest.join(" ") })
 }
 
-/// Whether only the name says that a command is a force: `thrust_left` may be a part of the full thrust as well.
+/// Whether only the name says that a command is a force: `thrust_left` may also be a part of the
+/// full thrust.
 pub fn is_force_by_name(column: &Column) -> bool {
     let words = words::of(&column.header);
     let lettered = words.words.first().is_some_and(|w| w == "f") && column.label.bytes().all(|b| b.is_ascii_digit());
     column.kind == Some(Kind::Force) && words.unit.is_none() && !lettered
 }
 
-/// Commands whose columns somebody has said, V1, V2, … or F1, F2, …
+/// Commands whose columns the user has given: F1, F2, …, else V1, V2, …
 pub fn given(options: &LogOptions) -> Vec<Column> {
     let of = |letter: char| -> Vec<Column> {
         let numbered = |(channel, source): (&String, &ColumnSource)| {
@@ -240,7 +241,7 @@ pub fn given(options: &LogOptions) -> Vec<Column> {
     if forces.is_empty() { of('V') } else { forces }
 }
 
-/// The one command of a thruster on a bench.
+/// The command of a single thruster, as on a bench.
 pub fn single(header: &str, words: &Words) -> Column {
     let unit = words.unit.as_deref().unwrap_or("");
     let kind = [("us", Kind::Pulse), ("rpm", Kind::Turns), ("%", Kind::Percent), ("V", Kind::Volts)];
@@ -248,7 +249,7 @@ pub fn single(header: &str, words: &Words) -> Column {
     Column { header: header.into(), label: "main".into(), order: 0, kind, group: String::new() }
 }
 
-/// The commands of one group: forces before pulses before the rest, the largest group of these.
+/// The commands of the chosen group: the largest one; turns only if there is no other kind.
 pub fn chosen(columns: &[Column]) -> Vec<Column> {
     let mut groups: Vec<Vec<Column>> = Vec::new();
     for column in columns {
@@ -258,18 +259,18 @@ pub fn chosen(columns: &[Column]) -> Vec<Column> {
             None => groups.push(vec![column.clone()]),
         }
     }
-    // turns are measured where a pulse is beside them: what was commanded comes first
+    // turns beside another command are a measurement: the command comes first
     groups.sort_by_key(|g| (g[0].kind == Some(Kind::Turns), std::cmp::Reverse(g.len())));
     let mut group = groups.into_iter().next().unwrap_or_default();
     group.sort_by_key(|c| c.order);
     group
 }
 
-/// Greatest size of commands that are called forces and are parts of the full command all the same: a newton and a half is
-/// no thrust.
+/// Largest absolute value of commands that are called forces and are parts of the full command: no
+/// thruster has a full thrust of 1.5 N.
 pub const PARTS: f64 = 1.5;
 
-/// Kind of commands by their values, where names do not tell.
+/// Kind of commands by their values, for names that do not tell.
 pub fn kind_of(values: &[&Signal]) -> Kind {
     let all = || values.iter().flat_map(|s| s.values()).copied();
     let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -288,7 +289,7 @@ pub fn kind_of(values: &[&Signal]) -> Kind {
     }
 }
 
-/// Pulse width at rest and the change that makes a full command, µs, with the reason.
+/// Neutral pulse width and the change that makes a full command, µs, with the reason.
 pub fn pulses(values: &[&Signal]) -> (f64, f64, String) {
     let mut counts: std::collections::BTreeMap<i64, usize> = std::collections::BTreeMap::new();
     for x in values.iter().flat_map(|s| s.values()).filter(|x| **x > 700.0) {

@@ -1,7 +1,8 @@
-//! Which degrees of freedom the model gets: those that some dive measures, moves and drives.
+//! The degrees of freedom of the model: those that some dive measures, moves and drives.
 //!
-//! Sway and heave that nothing drives are modelled beside the two motions that throw a vehicle outwards when it turns at speed. So is
-//! the surge of a vehicle that steers by fins under a thrust that never varies: turns slow it, and the thrust is one unknown force.
+//! Sway and heave without a command are modelled beside the two motions that throw a vehicle
+//! outwards when it turns at speed. So is the surge of a vehicle that fins steer under a constant
+//! thrust: turns slow it down, and the thrust is one unknown force.
 
 use super::reading::Understood;
 use super::{drives, kinds};
@@ -12,27 +13,28 @@ use crate::frame::Dof;
 use crate::model::name_of;
 use crate::thrust::thruster::Thruster;
 
-/// What is said where none is left, on the terminal too.
+/// Message if no degree of freedom is left, also for the terminal.
 const IDLE: &str = "no degree of freedom moves under a command: from these logs nothing can be learned";
 
-/// Degrees of freedom that are modelled, and the words about those that are not.
+/// The degrees of freedom that are modelled, and the remarks about the others.
 pub struct Chosen {
     pub dofs: Vec<Dof>,
     pub words: Vec<String>,
-    /// Those that move though nothing commands them.
+    /// Those that are modelled though nothing commands them.
     pub undriven: Vec<Dof>,
-    /// Whether a thrust that never varies, or is not logged, pushes the vehicle ahead.
+    /// Whether the vehicle is pushed ahead by a thrust that never varies or is not logged.
     pub pushed: bool,
-    /// Whether a thrust of which only the course is known pushes it: its curve is guessed, or the hull takes a part of it.
+    /// Whether it is pushed by a thrust known only up to a factor: its curve is guessed, or the
+    /// hull takes a part of it.
     pub scaled: bool,
-    /// Said on the terminal, too: nothing moves under a command.
+    /// Message for the terminal: nothing moves under a command.
     pub idle: Option<String>,
-    /// Said on the terminal, too: what wants a command or a measurement.
+    /// Messages for the terminal: degrees of freedom without a command or a measurement.
     pub left_out: Vec<String>,
 }
 
 impl Chosen {
-    /// The choice of `logs` of a vehicle with these thrusters.
+    /// Chooses the degrees of freedom for `logs` of a vehicle with these thrusters.
     pub fn of(logs: &[Understood], thrusters: &[Thruster]) -> Chosen {
         let (mut dofs, mut drifting, mut absent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut measured_all, mut driven_all, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
@@ -46,7 +48,7 @@ impl Chosen {
             let driven =
                 is_towed || logs.iter().any(|log| is_driven(log, dof, thrusters)) || differs(logs, dof, thrusters);
             if is_loaded && moved < Moved::Moves {
-                // what thrusters push in a bollard pull, where nothing is to move
+                // a bollard pull: thrusters push, and nothing is to move
                 held.push(dof);
                 continue;
             }
@@ -60,7 +62,8 @@ impl Chosen {
                 (Moved::Rests, _) => absent.push((dof, "it does not move beyond the noise of its sensor")),
                 (Moved::Unmeasured, true) => {
                     absent.push((dof, "no log measures it"));
-                    // thrusters that are guessed drive degrees of freedom of which nothing is logged
+                    // guessed thrusters may drive degrees of freedom of which nothing is logged: no
+                    // message then
                     if read().any(|log| log.signals.contains_key(dof.force())) {
                         left_out.push(format!("{dof} (commanded, and no log measures it)"));
                     }
@@ -81,7 +84,7 @@ impl Chosen {
                 undriven.extend(pushed.then_some(dof));
                 continue;
             }
-            // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
+            // turning at speed throws a vehicle outwards: it drifts, and the drift shows its drag
             let thrown = match dof {
                 Dof::Sway => Some([Dof::Surge, Dof::Yaw]),
                 Dof::Heave => Some([Dof::Surge, Dof::Pitch]),
@@ -104,7 +107,7 @@ impl Chosen {
         }
         dofs.sort_unstable();
         let is_unread = !logs.is_empty() && read().next().is_none();
-        // a bench and a bollard pull show thrust, and no motion is wanted of them
+        // a bench and a bollard pull show thrust: no motion is expected
         let is_bench = read().next().is_some() && logs.iter().filter(|log| log.log.is_some()).all(kinds::is_bench);
         let is_idle = !is_unread && !is_bench && held.is_empty() && dofs.is_empty();
         let is_still = !is_unread && dofs.is_empty();
@@ -120,7 +123,8 @@ impl Chosen {
             }
             dofs = held;
         }
-        // where nothing is left that can be modelled, all that is there stands in the model, and that is said
+        // if nothing can be modelled, all degrees of freedom that are there stand in the model,
+        // with a remark
         let out = if is_still { "" } else { " is left out" };
         words.splice(0..0, absent.into_iter().map(|(dof, why)| format!("{dof}{out}: {why}")));
         let mut idle = None;
@@ -145,12 +149,13 @@ impl Chosen {
     }
 }
 
-/// Whether the vehicle is steered by fins whose angles are logged.
+/// Whether fins whose angles are logged steer the vehicle.
 pub fn is_steered(logs: &[Understood]) -> bool {
     logs.iter().filter_map(Understood::as_run).any(|run| !fins::steered(&run).is_empty())
 }
 
-/// Whether a thruster that pushes in `dof` is commanded otherwise in one log than in another.
+/// Whether the command of a thruster that pushes in `dof` begins with another value in one log than
+/// in another.
 fn differs(logs: &[Understood], dof: Dof, thrusters: &[Thruster]) -> bool {
     let first = |k: usize| logs.iter().filter_map(move |l| drives::signals(l).get(k)?.values().first().copied());
     let pushes = (0..thrusters.len()).filter(|k| thrusters[*k].unit_wrench()[dof.index()].abs() > 1e-6);
@@ -163,7 +168,7 @@ fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool 
     if log.signals.get(dof.force()).is_some_and(|force| force.values().iter().any(|x| *x != 0.0)) {
         return true;
     }
-    // fins turn a vehicle whose thruster cannot
+    // fins may turn a vehicle that no thruster turns
     if understood.as_run().is_some_and(|run| fins::steered(&run).contains(&dof)) {
         return true;
     }

@@ -1,7 +1,8 @@
-//! Logs that belong to one dive: each holds what the others lack, over the same time.
+//! Grouping of logs that belong to one dive: each holds channels that the others lack, over the
+//! same time.
 //!
-//! Stamps of a wall clock say what is the same time. Clocks that begin at zero say it of no two logs: these have to begin and end
-//! together, or to be called alike, as the topics of one bag are, and begin together.
+//! Stamps of a wall clock tell whether the time is the same. For clocks that begin at zero the logs
+//! must begin and end together, or begin together and have names like the topics of one bag.
 
 use std::collections::BTreeSet;
 
@@ -10,10 +11,10 @@ use super::words;
 use crate::log::LogFile;
 use crate::log::columns::quantity;
 
-/// Part of the longer log by which starts and ends of one dive may differ.
+/// Part of the longer log's duration by which beginnings and ends of one dive may differ.
 const TOGETHER: f64 = 0.03;
 
-/// Why two logs are taken for parts of one dive.
+/// Reason why two logs are taken for parts of one dive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Why {
     Stamps,
@@ -21,7 +22,7 @@ enum Why {
     Names,
 }
 
-/// Groups of indices of logs, each of one dive, in the order of the logs.
+/// Groups the logs by dive: indices, in the order of the logs.
 pub fn of(logs: &[Understood]) -> Vec<Vec<usize>> {
     let mut dives: Vec<Vec<usize>> = Vec::new();
     for (k, log) in logs.iter().enumerate() {
@@ -34,7 +35,7 @@ pub fn of(logs: &[Understood]) -> Vec<Vec<usize>> {
     dives
 }
 
-/// Why the logs of a dive are one, in words.
+/// The reason why the logs belong to one dive, in words.
 pub fn reason(logs: &[&Understood]) -> String {
     let pairs = logs.iter().enumerate().flat_map(|(k, a)| logs[k + 1..].iter().filter_map(|b| completes(a, b)));
     let why: Vec<Why> = pairs.collect();
@@ -51,7 +52,8 @@ pub fn reason(logs: &[&Understood]) -> String {
     }
 }
 
-/// Why two logs hold different channels over the same time; `None` where they do not, or nothing says so.
+/// The reason why two logs with different channels cover the same time; `None` if they do not, or
+/// nothing tells.
 fn completes(one: &Understood, other: &Understood) -> Option<Why> {
     let (a, b) = (one.log.as_ref()?, other.log.as_ref()?);
     let known = |log: &LogFile| -> BTreeSet<String> {
@@ -79,7 +81,8 @@ fn completes(one: &Understood, other: &Understood) -> Option<Why> {
     (overlap > 0.5 * longer && are_topics(&one.shown, &other.shown)).then_some(Why::Names)
 }
 
-/// Whether two files are called alike but for a last word that is no number: `dive3_imu.csv`, `dive3_dvl.csv`.
+/// Whether two file names differ only in their last word, which is not a number: `dive3_imu.csv`,
+/// `dive3_dvl.csv`.
 fn are_topics(one: &str, other: &str) -> bool {
     let parts = |shown: &str| {
         let name = shown.rsplit(['/', '\\']).next().unwrap_or(shown);

@@ -1,7 +1,8 @@
-//! Unit and scale of the thrusters' commands, the same in all logs of one vehicle.
+//! Unit and scale of the thrusters' commands: the same in all logs of one vehicle.
 //!
 //! ```text
-//! V = n / n₁        n: turns a minute in the log;  n₁: those of the vehicle file (full_rpm), else the greatest of all logs
+//! V = n / n₁        n: turns a minute in the log;
+//!                   n₁: those of the vehicle file (full_rpm), else the greatest of all logs
 //! ```
 
 use std::collections::BTreeMap;
@@ -14,7 +15,8 @@ use crate::log::columns;
 use crate::log::options::ColumnSource;
 use crate::run::Signal;
 
-/// Changes of a command, as a part of it, that are the noise of a tachometer or of a governor and no command.
+/// Standard deviation of a command over its mean up to which it is constant: the noise of a
+/// tachometer or of a governor.
 const STEADY: f64 = 0.02;
 
 /// The commands V1, V2, … of a log.
@@ -24,19 +26,20 @@ pub fn signals(this: &Understood) -> Vec<&Signal> {
     (1..).map(|k| log.signals.get(&format!("{letter}{k}"))).take_while(Option::is_some).flatten().collect()
 }
 
-/// The greatest command of all signals.
+/// The largest absolute value of all signals.
 pub fn greatest(signals: &[&Signal]) -> f64 {
     signals.iter().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Headers of the commands of a log: logs with the same ones are written alike.
+/// Headers of the commands of a log: logs with the same headers are written alike.
 pub fn headers(this: &Understood) -> Vec<&str> {
     this.commands.iter().map(|column| column.header.as_str()).collect()
 }
 
-/// Places commands anew where the values of all logs with the same ones say another thing than their names: a channel that
-/// never changes is no thruster, and a thrust that stays within ±1.5 is a part of the full one. `thrusters` is how many the
-/// vehicle has, where it is known. Gives the logs that are to be read again.
+/// Reassigns commands if the values of all logs with the same headers contradict the names: a
+/// channel that never changes is no thruster, and a thrust that stays within ±1.5 is a part of the
+/// full one. `thrusters`: number of thrusters of the vehicle, if it is known. Returns the logs to
+/// read again.
 pub fn place_anew(logs: &mut [Understood], thrusters: Option<usize>) -> Vec<usize> {
     let mut changed = Vec::new();
     for k in 0..logs.len() {
@@ -51,13 +54,14 @@ pub fn place_anew(logs: &mut [Understood], thrusters: Option<usize>) -> Vec<usiz
     numbers
 }
 
-/// The commands of a log as its values and those of its like say, with a remark; `None` where they are as their names say.
+/// The commands of a log by the values of all logs with the same headers, with a remark; `None` if
+/// they are as their names say.
 fn other_columns(
     log: &Understood,
     logs: &[Understood],
     thrusters: Option<usize>,
 ) -> Option<(Vec<Column>, Option<String>)> {
-    // what somebody has said, or called V1, is what it is called
+    // commands that the user has given, or whose columns have names of channels, stay as they are
     let is_said = |column: &Column| columns::quantity(columns::split_header(&column.header).0).is_some();
     if log.commands.iter().any(is_said) || !commands::given(&log.given).is_empty() {
         return None;
@@ -74,7 +78,7 @@ fn other_columns(
     let is_idle = |k: usize| values(k).next().is_some_and(|first| values(k).all(|x| x.to_bits() == first.to_bits()));
     let idle: Vec<usize> = (0..log.commands.len()).filter(|k| is_idle(*k)).collect();
     let moving = log.commands.len() - idle.len();
-    // by their number the outputs of a known vehicle are told, and by a side where a thruster sits
+    // outputs of a known vehicle are identified by their number; a side says where a thruster sits
     let by_number = log.commands.iter().all(|c| c.label.bytes().all(|b| b.is_ascii_digit()));
     let counts = thrusters.is_none_or(|count| count == moving && count < log.commands.len());
     if !idle.is_empty() && moving > 0 && by_number && counts {
@@ -106,7 +110,8 @@ fn other_columns(
     (kept != log.commands).then_some((kept, remark))
 }
 
-/// Settles unit and scale of the commands of all logs together; `full_rpm` is that of the vehicle.
+/// Sets unit and scale of the commands of all logs together; `full_rpm`: turns a minute of a full
+/// command of the vehicle.
 pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
     let kinds = kinds(logs);
     for (log, kind) in logs.iter_mut().zip(&kinds) {
@@ -126,7 +131,7 @@ pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
             (Some(Kind::Pulse), _) => ("us", 1.0, "pulse widths by name or size"),
             (Some(Kind::Part), _) => ("1", 1.0, "they stay between -1 and 1"),
             (Some(Kind::Percent), _) => ("1", 0.01, "per cent of the full command"),
-            // the factor of the column's own unit comes beside this one
+            // `write` multiplies this by the factor of the column's own unit
             (Some(Kind::Turns), Some((scale, why))) => ("1", *scale, why.as_str()),
             _ => continue,
         };
@@ -134,7 +139,7 @@ pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
     }
 }
 
-/// The kind of each log's commands: what a name says, else what the values of all logs with the same columns say.
+/// The kind of each log's commands: by name, else by the values of all logs with the same columns.
 fn kinds(logs: &[Understood]) -> Vec<Option<Kind>> {
     let mut alike: BTreeMap<Vec<&str>, Vec<&Understood>> = BTreeMap::new();
     for log in logs {
@@ -149,7 +154,7 @@ fn kinds(logs: &[Understood]) -> Vec<Option<Kind>> {
     logs.iter().map(of).collect()
 }
 
-/// The kind that the reader takes from the unit of the first command.
+/// The kind by the unit with which the reader read the first command.
 fn said(this: &Understood) -> Option<Kind> {
     match this.log.as_ref()?.units.get("V1").copied() {
         Some("us") => Some(Kind::Pulse),
@@ -158,7 +163,7 @@ fn said(this: &Understood) -> Option<Kind> {
     }
 }
 
-/// Writes unit and scale of each command that nobody has said.
+/// Sets unit and scale of each command that the user has not given.
 fn write(this: &mut Understood, unit: &str, scale: f64, why: &str) {
     let Some(log) = &this.log else { return };
     let there = |channel: &String| log.signals.contains_key(channel) && !this.given.columns.contains_key(channel);

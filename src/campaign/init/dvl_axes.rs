@@ -1,10 +1,11 @@
-//! Axes of a DVL in a table of ROS messages: its own, forward, starboard, down, or those of ROS, forward, port, up.
+//! Axes of a DVL in a table of ROS messages: its own (forward, starboard, down) or those of ROS
+//! (forward, port, up).
 //!
 //! ```text
 //! k = Σ Δz ∫w / Σ (∫w)²        k ≈ 1: w is down;  k ≈ −1: w is up
 //! ```
 //!
-//! A depth of the same time tells, from whichever log.
+//! The depth z of any log over the same time decides.
 
 use super::reading::Understood;
 use super::ros;
@@ -13,7 +14,7 @@ use crate::log::LogOptions;
 use crate::log::options::BodyFrame;
 use crate::run::Signal;
 
-/// Settles the axes of the velocities, or says what is taken.
+/// Sets the axes of the velocities, or remarks which ones are assumed.
 pub fn settle(logs: &mut [Understood]) {
     for k in 0..logs.len() {
         let Some(field) = ros::of_dvl(&logs[k].headers).map(str::to_string) else { continue };
@@ -41,7 +42,8 @@ pub fn settle(logs: &mut [Understood]) {
     }
 }
 
-/// Change of the depth in `other` over the integral of w in `this`, over the time that both have.
+/// The ratio k: change of the depth in `other` over the integral of w in `this`, over the time that
+/// both cover.
 fn turns(this: &Understood, other: &Understood) -> Option<f64> {
     let (own, other) = (this.log.as_ref()?, other.log.as_ref()?);
     let (w, z) = (own.signals.get("w")?, other.signals.get("z")?);

@@ -1,12 +1,12 @@
-//! The sign of a fin's angle, as the turns of all logs together tell it ([`crate::check::fins`]).
+//! The sign of a fin's angle, from the turns in all logs together ([`crate::check::fins`]).
 
 use super::reading::Understood;
 use crate::check::fins::{self, Gain};
 use crate::effects::id;
 use crate::log::options::ColumnSource;
 
-/// Turns round the angle of a fin that turns the vehicle the other way in some log, and in none the right way. Gives the logs that
-/// are to be read again.
+/// Reverses the angle of a fin that turns the vehicle the wrong way in some log and the right way
+/// in none. Returns the logs to read again.
 pub fn settle(logs: &mut [Understood]) -> Vec<usize> {
     let gains: Vec<Gain> = logs.iter().filter_map(Understood::as_run).flat_map(|run| fins::measure(&run)).collect();
     let mut turned = Vec::new();

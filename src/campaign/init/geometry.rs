@@ -1,4 +1,4 @@
-//! Where thrusters of which nothing but the number is known may sit, and what they may give.
+//! Assumed places and thrust of thrusters of which only the number is known.
 
 use std::fmt::Write;
 
@@ -47,20 +47,22 @@ fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
     }
 }
 
-/// What a thruster of unknown make gives at the greatest command, N.
+/// Assumed thrust of a thruster of unknown make at the greatest command, N.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Full {
-    /// As much as a T200 at 16 V.
+    /// The thrust of a T200 at 16 V.
     T200,
     /// The drag of a hull at the speed that it reached.
     Hull(f64),
 }
 
 impl Full {
-    /// Drag of a streamlined hull over ½ ρ ∇^(2/3) u²: 0.037 of the Mariner ship, 0.03 to 0.05 of a REMUS 100.
+    /// Drag of a streamlined hull over ½ ρ ∇^(2/3) u²: 0.037 of the Mariner ship, 0.03 to 0.05 of a
+    /// REMUS 100.
     const STREAMLINED: f64 = 0.04;
 
-    /// Each of `thrusters` that bring a hull of `mass`, kg, to `speed`, m/s, in water of `density`, kg/m³.
+    /// The thrust of each of `thrusters` that drive a hull of `mass`, kg, at `speed`, m/s, in water
+    /// of `density`, kg/m³.
     pub fn of_hull(mass: f64, speed: f64, density: f64, thrusters: usize) -> Full {
         let drag = 0.5 * density * Full::STREAMLINED * (mass / density).powf(2.0 / 3.0) * speed * speed;
         Full::Hull(drag / thrusters.max(1) as f64)
@@ -84,7 +86,8 @@ impl Full {
     }
 }
 
-/// The curve that gives `full` at the `greatest` command, in the unit of the command, with the reason.
+/// The thrust curve that reaches `full` at the `greatest` command, in the unit of the command, with
+/// the reason.
 fn curve(kind: Kind, greatest: f64, full: &Full) -> (String, String) {
     let of = |what: &str| format!("thrust grows with the square of {what}; at the greatest of this log {}", full.why());
     let lines = |[ahead, astern]: [String; 2]| {
@@ -104,8 +107,8 @@ fn curve(kind: Kind, greatest: f64, full: &Full) -> (String, String) {
     }
 }
 
-/// The `[[thruster]]` tables for commands of unknown thrusters, the greatest of which makes `full`. `pulse`: neutral, span and
-/// their reason.
+/// The `[[thruster]]` tables for commands of unknown thrusters. The `greatest` command gives the
+/// thrust `full`; `pulse`: neutral, span and their reason.
 #[allow(clippy::needless_pass_by_value)] // made for this call
 pub fn tables(
     commands: &[Column],
@@ -140,7 +143,7 @@ pub fn tables(
     text
 }
 
-/// Thrusters as a text of tables describes them.
+/// The thrusters of a text of tables.
 pub fn read(text: &str) -> Vec<Thruster> {
     #[derive(serde::Deserialize)]
     struct Tables {

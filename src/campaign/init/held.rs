@@ -1,13 +1,15 @@
-//! What commands do between two rows of a log: they are held, or change on a line.
+//! Behaviour of commands between two rows of a log: held, or linear.
 //!
 //! ```text
 //! held: the motion comes Δt/2 behind commands on a line ([`between_rows`]);  else: a command mostly stays
 //! ```
 //!
-//! Commands that are sent stay until the next one comes; commands that somebody has simulated may be lines. A zig-zag looks the
-//! same in both, and so does a sine. Where the motion answers clearly, it decides; else commands that mostly stay are held.
+//! A command that is sent holds until the next one; commands of a simulation may be linear between
+//! rows. A zig-zag looks the same in both cases, and so does a sine. If the motion answers clearly,
+//! it decides; else commands that mostly stay are held.
 //!
-//! What the motion answers is the force: of commands whose thrusters are known that of their curves ([`crate::campaign::forces`]).
+//! The motion answers to the force: for commands of known thrusters that is the force by their
+//! curves ([`crate::campaign::forces`]).
 
 use crate::campaign::between_rows::between_rows;
 use crate::log::check::time::usual_step;
@@ -21,10 +23,10 @@ pub struct Commanded<'a> {
     pub run: Run,
 }
 
-/// Share of rows that leave a command as it was, from which on it is held.
+/// Share of unchanged rows above which a command counts as held.
 const STAYS: f64 = 0.4;
 
-/// Whether commands are held, with the reason; no reason where nothing speaks for either.
+/// Whether commands are held, with the reason; no reason if nothing tells.
 pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
         return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
@@ -49,7 +51,8 @@ fn step(log: &Commanded<'_>) -> Option<f64> {
     log.signals.first().and_then(|signal| usual_step(signal.time())).filter(|step| *step > 0.0)
 }
 
-/// Share of the rows that leave the commands of a log as they were; one that never changes says nothing of how it changes.
+/// Share of the rows that leave the commands of a log unchanged. A command that never changes is
+/// not counted: it does not show how it changes.
 fn stays(log: &Commanded<'_>) -> f64 {
     let (mut same, mut all) = (0_usize, 0_usize);
     for signal in &log.signals {
@@ -114,7 +117,7 @@ mod tests {
             let why = why.unwrap();
             assert!(found == is_held && why.starts_with("the motion comes"), "{is_held}: {found}, {why}");
         }
-        // a rate of turn alone is not asked: the motion along is not known
+        // a turn rate alone is not used: the motion along the axes is not known
         assert!(sailed(false, "r").1.is_some_and(|why| why.starts_with("in 98 % of the rows")));
     }
 }

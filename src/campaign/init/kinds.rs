@@ -6,10 +6,11 @@ use crate::log::LogFile;
 use crate::log::check::statistics::{quantile, range};
 use crate::run::{Signal, is_command};
 
-/// What a vehicle that is held does not exceed: of a velocity m/s or rad/s, of a way m or rad.
+/// Upper limit of the motion of a vehicle that is held: m/s or rad/s of a velocity, m or rad of a
+/// position.
 const HELD: f64 = 0.05;
 
-/// Kind of the run of these logs, and why where it is more than free motion.
+/// Kind of the run of these logs, with the reason if it is not free motion.
 pub fn of(logs: &[&Understood]) -> (&'static str, Option<String>) {
     let signals = || logs.iter().filter_map(|log| log.log.as_ref()).flat_map(|log| &log.signals);
     let signal = |name: &str| signals().find(|(own, _)| *own == name).map(|(_, signal)| signal);

@@ -1,4 +1,4 @@
-//! The layout of a table of text: separator, decimal mark, comment lines, header.
+//! The layout of a text table: separator, decimal mark, comment lines, header.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -10,15 +10,15 @@ use crate::log::columns::{self, split_header};
 use crate::log::encoding::{Opening, opening};
 use crate::log::{LogOptions, iso8601, number};
 
-/// Bytes of the file that are looked at: some hundred rows of any log.
+/// Number of bytes of the file that are examined: some hundred rows of any log.
 const LOOKED_AT: u64 = 1 << 16;
 
-/// What the first lines of a table show.
+/// The layout of a table, as its first lines show it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Layout {
     /// Names of the columns.
     pub headers: Vec<String>,
-    /// Whether the line below the header holds units; the headers have them then.
+    /// Whether the line below the header holds units; these are then part of `headers`.
     pub unit_row: bool,
     /// Cells of the first rows.
     pub rows: Vec<Vec<String>>,
@@ -26,15 +26,17 @@ pub struct Layout {
     pub delimiter: char,
     /// Decimal mark.
     pub decimal: char,
-    /// Begin of lines that are no data, where there are such lines before the header.
+    /// Beginning of lines that are no data, if there are such lines before the header.
     pub comment: Option<String>,
-    /// Whether that is the first of two header lines, which says where the columns come from: the second has their names.
+    /// Whether `comment` marks the first of two header lines, which says where the columns come
+    /// from: the second has their names.
     pub two_headers: bool,
-    /// What the file is where it is no CSV, and who reads it.
+    /// What the file is if it is no CSV, and what reads it.
     pub no_csv: Option<String>,
 }
 
-/// Looks at the beginning of a file; what `given` says deviates from the default wins.
+/// Finds the layout from the beginning of a file. Options of `given` that differ from the default
+/// take precedence.
 ///
 /// # Errors
 /// The system's reason why the file cannot be read.
@@ -44,7 +46,7 @@ pub fn of(path: &Path, given: &LogOptions) -> std::io::Result<Layout> {
     Ok(Layout { no_csv: no_csv(&bytes), ..of_text(&String::from_utf8_lossy(&bytes), given) })
 }
 
-/// What a file with these first bytes is, where it is no CSV.
+/// What a file with these first bytes is, if it is no CSV.
 fn no_csv(bytes: &[u8]) -> Option<String> {
     match opening(bytes) {
         Opening::Log(name, extra) => Some(format!(
@@ -64,12 +66,13 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
     let usual = LogOptions::default();
     let text = text.trim_start_matches('\u{feff}');
     let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).take(200).collect();
-    // the last of a cut text may be half a line
+    // the last line may be cut off
     let lines = if lines.len() > 2 { &lines[..lines.len() - 1] } else { &lines[..] };
     let delimiter = if given.delimiter == usual.delimiter { delimiter_of(lines) } else { given.delimiter };
     let decimal = if given.decimal == usual.decimal { decimal_of(lines, delimiter) } else { given.decimal };
     let width = lines.last().map_or(0, |line| fields(line, delimiter).len());
-    // lines before the header that begin with a mark and do not split as rows do; `%time` of rostopic is a header
+    // comment: a line before the header that begins with a mark and does not split as rows do;
+    // rostopic's `%time` is a header
     let told = given.comment.clone();
     let is_comment = |line: &str| match &told {
         Some(mark) => line.trim_start().starts_with(mark.as_str()),
@@ -101,7 +104,7 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
     Layout { unit_row, headers, rows, delimiter, decimal, comment, two_headers, no_csv: None }
 }
 
-/// Whether most cells are names of channels, each once, and no units.
+/// Whether most cells are names of channels, no cell occurs twice, and they are no units.
 fn are_names(cells: &[String]) -> bool {
     let filled: Vec<&String> = cells.iter().filter(|cell| !cell.is_empty()).collect();
     let is_name = |cell: &&&String| {
@@ -113,7 +116,7 @@ fn are_names(cells: &[String]) -> bool {
     once && 2 * filled.iter().filter(is_name).count() > filled.len()
 }
 
-/// How the first line begins and no other does.
+/// The beginning of the first line, at most 24 characters; `None` if another line begins with it.
 fn beginning(lines: &[&str]) -> Option<String> {
     const LENGTH: usize = 24;
     let begin: String = lines.first()?.trim().chars().take(LENGTH).collect();
@@ -122,7 +125,7 @@ fn beginning(lines: &[&str]) -> Option<String> {
     (!begin.is_empty() && !other).then_some(begin)
 }
 
-/// Whether the first row holds words in most of the cells that hold numbers in the second.
+/// Whether the first row holds words in most of the cells in which the second holds numbers.
 fn has_units(rows: &[Vec<String>], decimal: u8) -> bool {
     let [first, second, ..] = rows else { return false };
     let is_number = |cell: &str| number::parse(cell.trim().as_bytes(), decimal).is_some();
@@ -134,13 +137,13 @@ fn has_units(rows: &[Vec<String>], decimal: u8) -> bool {
 }
 
 impl Layout {
-    /// Whether the first line holds numbers: then no column has a name.
+    /// Whether the first line holds numbers, so that no column has a name.
     pub fn nameless(&self) -> bool {
         !self.headers.is_empty()
             && self.headers.iter().all(|h| number::parse(h.trim().as_bytes(), self.decimal as u8).is_some())
     }
 
-    /// The greatest number by its size in the first rows under a header; 0 where there is none.
+    /// The largest absolute number in the first rows under a header; 0 if there is none.
     pub fn greatest(&self, header: &str) -> f64 {
         let at = self.headers.iter().position(|h| h == header);
         let cells = self.rows.iter().filter_map(|row| row.get(at?));
@@ -190,18 +193,19 @@ fn fields(line: &str, delimiter: char) -> Vec<String> {
     cells.into_iter().map(|cell| cell.trim().to_string()).collect()
 }
 
-/// The separator that splits header and rows into the same number of fields, the most of them.
+/// The first of `;`, tab, `|`, comma and space that splits header and rows into the same number of
+/// fields, at least two.
 fn delimiter_of(lines: &[&str]) -> char {
     let alike = |d: char| -> usize {
         let widths: Vec<usize> = lines.iter().rev().take(20).map(|line| fields(line, d).len()).collect();
         let first = widths.first().copied().unwrap_or(0);
         if first > 1 && widths.iter().all(|w| *w == first) { first } else { 0 }
     };
-    // a comma may be the decimal mark: where a semicolon or tab splits evenly too, it is the separator
+    // a comma may be the decimal mark: if a semicolon or tab splits evenly too, it is the separator
     [';', '\t', '|', ',', ' '].into_iter().find(|d| alike(*d) > 1).unwrap_or(',')
 }
 
-/// A comma where cells of the rows hold it between digits and none holds a point.
+/// The decimal mark: a comma if it occurs in numbers of the rows and no number has a point.
 fn decimal_of(lines: &[&str], delimiter: char) -> char {
     let cells: Vec<String> = lines.iter().skip(1).flat_map(|line| fields(line, delimiter)).collect();
     let number = |cell: &&String| cell.chars().all(|c| c.is_ascii_digit() || "+-.,eE".contains(c));

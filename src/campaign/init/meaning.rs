@@ -1,4 +1,5 @@
-//! What a column means by its name: phrases of pilots, autopilots and ROS for the channels of a log.
+//! The meaning of a column by its name: phrases of pilots, autopilots and ROS for the channels of a
+//! log.
 
 use super::units;
 use super::words::Words;
@@ -11,13 +12,13 @@ use crate::log::columns::{self, Quantity};
 pub struct Meaning {
     /// Canonical name.
     pub channel: &'static str,
-    /// −1 where the name says that the quantity counts the other way, as a height does.
+    /// −1 if the name says that the quantity counts the other way, as a height does.
     pub sign: i8,
-    /// How well the name fits: 100 says just this.
+    /// How well the name fits; 100: exactly.
     pub score: usize,
 }
 
-/// Channel, sign, phrases with commas between them.
+/// Channel, sign, phrases separated by commas.
 type Phrases = (&'static str, i8, &'static str);
 
 const PHRASES: &[Phrases] = &[
@@ -184,16 +185,16 @@ const PHRASES: &[Phrases] = &[
     ("wind_to", 1, "wind to, wind direction to, wind to direction, wind toward, wind towards"),
 ];
 
-/// Names that may mean a channel, and may mean something else: only where nothing better is there.
+/// Names that may mean a channel or something else: used only if no better name is there.
 const DOUBTFUL: &[Phrases] = &[
     ("u", 1, "speed, sog, speed over ground, ground speed, gps speed, velocity, log speed, geschwindigkeit, fahrt"),
     ("z", 1, PRESSURE),
-    // of a DVL that is the height above the bottom
+    // a DVL's altitude is the height above the bottom
     ("z", -1, "altitude, alt"),
     ("psi", 1, "course, cog, course over ground, track"),
 ];
 
-/// The pressure of the water is a depth, where its unit is said.
+/// Names of the water pressure, which is a depth if its unit is stated.
 const PRESSURE: &str = "pressure, water pressure, sea pressure, depth pressure, ctd pressure";
 const PRESSURES: [&str; 6] = ["Pa", "hPa", "mbar", "kPa", "dbar", "bar"];
 
@@ -202,14 +203,14 @@ const FILLERS: &str = "field data vehicle robot auv rov usv asv boat body imu ah
     state est estimated estimate meas measured filtered filt sensor value msg current actual log file gps \
     gnss mocap xkf att local wrench vector math";
 
-/// Words of what is wanted, of quality or of something else.
+/// Words of desired values, of quality, or of other quantities.
 const OTHERS: &str = "setpoint sp desired des demand target ref reference goal cov covariance var variance std \
     error err status flag valid temp temperature accel acceleration acc mag bias seq id count nsecs nsec nanosec";
 
-/// Words of a command.
+/// Words that mean a command.
 const COMMANDED: &str = "cmd command commanded order ordered";
 
-/// Symbols of forces and moments by SNAME, where the unit says that they are.
+/// Symbols of forces and moments by SNAME, which count only with such a unit.
 const SYMBOLS: [(&str, &str, &str); 6] = [
     ("x", "N", "tau_u"),
     ("y", "N", "tau_v"),
@@ -227,7 +228,7 @@ fn by_symbol(words: &Words) -> Option<Meaning> {
     Some(Meaning { channel, sign: 1, score: 100 })
 }
 
-/// A force or moment that a pilot commands, `cmd_surge`.
+/// A force or moment by the degree of freedom that is commanded, `cmd_surge`.
 fn by_degree_of_freedom(words: &[String], unit: Option<&str>) -> Option<Meaning> {
     let [word] = words else { return None };
     let dof = Dof::ALL.into_iter().find(|dof| dof.to_string() == *word)?;
@@ -236,18 +237,18 @@ fn by_degree_of_freedom(words: &[String], unit: Option<&str>) -> Option<Meaning>
     is_force.then_some(Meaning { channel: dof.force(), sign: 1, score: BY_DEGREE_OF_FREEDOM })
 }
 
-/// Score from which a name says just this.
+/// Score from which on a name is unambiguous.
 pub const PLAIN: usize = 90;
-/// Score of a command that is called by its degree of freedom.
+/// Score of a command that is named by its degree of freedom.
 pub const BY_DEGREE_OF_FREEDOM: usize = PLAIN - 1;
 
-/// What the words of a header may mean, best first.
+/// The possible meanings of a header's words, best first.
 pub fn of(words: &Words) -> Vec<Meaning> {
     if let Some(force) = by_symbol(words) {
         return vec![force];
     }
-    // a force that is commanded is the force of a model, and an ordered rudder all that is known of one that no log measures; of
-    // anything else the command is what was wanted
+    // a commanded force is the force of a model, and an ordered rudder is used if no log measures
+    // its angle; any other command is a desired value, not a measurement
     if words.words.iter().any(|w| has(COMMANDED, w)) {
         let left: Vec<String> = words.words.iter().filter(|w| !has(COMMANDED, w)).cloned().collect();
         if let Some(force) = by_degree_of_freedom(&left, words.unit.as_deref()) {
@@ -258,7 +259,7 @@ pub fn of(words: &Words) -> Vec<Meaning> {
         forces.iter_mut().filter(|m| is_fin(m)).for_each(|m| m.score = m.score.min(PLAIN - 1));
         return forces;
     }
-    // a speed that is "lat" is lateral, and no latitude
+    // the "lat" of a speed is lateral, not latitude
     let speed = words.words.iter().any(|w| ["speed", "vel", "velocity"].contains(&w.as_str()));
     if words.words.iter().any(|w| has(OTHERS, w) && !(speed && w == "lat")) {
         return Vec::new();
@@ -277,7 +278,7 @@ pub fn of(words: &Words) -> Vec<Meaning> {
             }
         }
     }
-    // what a Doppler log measures along an axis is a velocity
+    // a Doppler log measures velocities along its axes
     if words.words.iter().any(|w| w == "dvl")
         && !is_length(words)
         && let Some((_, channel)) = ALONG_AXES.iter().find(|(axis, _)| bare == *axis)
@@ -305,7 +306,7 @@ fn is_fin(meaning: &Meaning) -> bool {
     id::fins().iter().any(|fin| fin.channel == meaning.channel)
 }
 
-/// Without the words of the source and their numbers: `imu1_yaw` is a yaw.
+/// The words without those of the source and their numbers: `imu1_yaw` is a yaw.
 fn bare(words: &[String]) -> String {
     let is_number = |word: &str| word.bytes().all(|b| b.is_ascii_digit());
     let mut kept: Vec<&str> = Vec::new();
@@ -330,7 +331,8 @@ fn has(list: &str, word: &str) -> bool {
     list.split(' ').any(|w| w == word)
 }
 
-/// 100: the phrase alone; 90: beside words of its source; 50 and more: the phrase among other words.
+/// The score of a phrase; 100: the phrase alone; 90: beside words of its source; 55 to 70: several
+/// words, or one of more than three letters, among other words.
 fn fits(phrase: &str, whole: &str, bare: &str) -> usize {
     if whole == phrase {
         return 100;

@@ -1,7 +1,8 @@
-//! The verb `init`: a commented campaign from logs as they come off the vehicle.
+//! The command `init`: writes a commented campaign from logs as they come off the vehicle.
 //!
-//! It always writes. What a log says plainly is taken; what names, units, ranges and relations of columns suggest is a
-//! guess, marked by a comment that begins with `# guessed:` and says why; what could not be placed stands in a comment.
+//! It always writes a campaign. What a log states is taken over. What names, units, ranges and
+//! relations of columns suggest is a guess: its comment begins with `# guessed:` and gives the
+//! reason. Columns that could not be placed are listed in a comment.
 
 mod alike;
 mod altitude;
@@ -45,7 +46,8 @@ use crate::log::LogOptions;
 use crate::log::options::Missing;
 use crate::vehicle::Vehicle;
 
-/// What is known of the vehicle, SI; what is absent is that of the vehicle file, else written as a comment.
+/// Known properties of the vehicle, SI. An absent one is taken from the vehicle file, else written
+/// as a comment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct InitFacts {
     /// Name shown to people; empty for that of the vehicle file.
@@ -63,10 +65,10 @@ pub struct InitFacts {
 }
 
 impl InitFacts {
-    /// Refuses figures that cannot be.
+    /// Checks that all figures are possible.
     ///
     /// # Errors
-    /// [`Error::Asked`] for one that is not positive and finite.
+    /// [`Error::Asked`] if a figure is not positive and finite.
     fn validate(&self) -> Result<(), Error> {
         let InitFacts { mass, volume, weight, buoyancy, length, .. } = *self;
         let vehicle = Vehicle { mass, volume, weight, buoyancy, length, ..Vehicle::default() };
@@ -74,12 +76,12 @@ impl InitFacts {
     }
 }
 
-/// A TOML string: Rust escapes other characters in other ways.
+/// `text` as a TOML string: Rust escapes other characters in other ways.
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// What whoever converted a log of another format has learned from it.
+/// Facts that the converter of a log of another format found in it.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Learned {
@@ -89,64 +91,68 @@ pub struct Learned {
     pub ardusub_frame: Option<i64>,
     /// Directions of thrusters 1, 2, …: 1 or −1.
     pub directions: Vec<i64>,
-    /// Pulses at which thrusters 1, 2, … rest, µs, where the autopilot says another than the usual one.
+    /// Neutral pulse widths of thrusters 1, 2, …, µs, where the autopilot states another one than
+    /// the usual.
     pub neutral: Vec<Option<f64>>,
-    /// From the neutral to the limit of the pulses, µs.
+    /// Span from the neutral to the limit of the pulses, µs.
     pub span: Option<f64>,
-    /// Logs that were made of one in another format: SI units under canonical names, cells empty where there is no sample.
+    /// Logs that were converted from another format: SI units under canonical names; a cell without
+    /// a sample is empty.
     pub converted: Vec<String>,
-    /// Stretches under a controller by log, as they shall be told.
+    /// Stretches under a controller by log, in the words for the campaign.
     pub closed_loop: BTreeMap<String, Vec<String>>,
     /// Fields of a log that became no channel, by log.
     pub not_placed: BTreeMap<String, Vec<String>>,
 }
 
-/// What `init` works on.
+/// The input of `init`.
 #[derive(Debug, Clone, Default)]
 pub struct InitRequest {
-    /// Logs: the path to read and the text that is to stand in the campaign.
+    /// Logs: the path to read, and the path as the campaign names it.
     pub logs: Vec<(PathBuf, String)>,
-    /// What is known of the vehicle.
+    /// Known properties of the vehicle.
     pub facts: InitFacts,
-    /// Vehicle that comes with the program, or a vehicle file.
+    /// A vehicle that comes with the program, or a vehicle file.
     pub vehicle: Option<String>,
-    /// Reading options that somebody has said.
+    /// Reading options that the user has given.
     pub options: LogOptions,
-    /// What was learned where a log was converted.
+    /// Facts from the conversion of logs.
     pub learned: Learned,
 }
 
-/// A campaign that was written.
+/// The campaign that `init` writes.
 #[derive(Debug, Clone, Default)]
 pub struct Scaffold {
     /// Text of the campaign.
     pub text: String,
     /// Number of guesses in it.
     pub guesses: usize,
-    /// Files that the campaign needs beside it, such as bollard tables of a vehicle file: where they are, how it names them.
+    /// Files that the campaign needs beside it, such as bollard tables of a vehicle file: source
+    /// path, and name in the campaign.
     pub companions: Vec<(PathBuf, String)>,
-    /// Logs that could not be read, each with the reason; they stand in the text as comments.
+    /// Logs that could not be read, each with the reason; the text lists them in comments.
     pub unread: Vec<String>,
-    /// What is said where no degree of freedom moves under a command.
+    /// Message if no degree of freedom moves under a command.
     pub idle: Option<String>,
-    /// Degrees of freedom of which some channels are logged and a command or a measurement is wanting.
+    /// Degrees of freedom that are logged in part: a command or a measurement is missing.
     pub left_out: Vec<String>,
 }
 
 impl Scaffold {
-    /// What there is to say before anybody reads the text, a line each.
+    /// Messages to show before the user reads the text, a line each.
     pub fn warnings(&self) -> Vec<String> {
         self.unread.iter().map(|log| format!("not read: {log}")).chain(self.idle.clone()).collect()
     }
 }
 
-/// The text of a campaign over logs.
+/// Writes the text of a campaign over logs.
 ///
 /// # Errors
-/// [`Error::Vehicle`] for a vehicle that is not known. A log that cannot be read is told in the text.
+/// [`Error::Vehicle`] for an unknown vehicle. A log that cannot be read is no error: the text
+/// reports it.
 pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     request.facts.validate()?;
-    // what somebody says of columns and axes is done where a log was converted
+    // the converter has applied the given options on columns and axes already
     let made = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
     let given = |shown: &String| if request.learned.converted.contains(shown) { &made } else { &request.options };
     let known = match (&request.vehicle, request.learned.ardusub_frame) {
@@ -173,13 +179,14 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread, idle, left_out })
 }
 
-/// Where the text of a campaign says the first time that a log could not be read, in bytes.
+/// Byte offset of the first place where the text of a campaign reports an unread log.
 pub(super) fn unread_mark(text: &str) -> Option<usize> {
     let mark = format!("\n{}", text::NOT_READ);
     text.find(&mark).map(|at| at + 1)
 }
 
-/// Whether a campaign is one of which `init` could read no log: nothing is lost where it is replaced.
+/// Whether a campaign was written by `init` from logs of which none could be read: replacing it
+/// loses nothing.
 pub fn holds_no_run(text: &str) -> bool {
     let is_without = |table: toml::Table| !table.contains_key("run");
     text.starts_with(text::HEAD) && unread_mark(text).is_some() && toml::from_str(text).is_ok_and(is_without)

@@ -1,14 +1,15 @@
-//! Forces that stay within ±1: parts of the full command, which the model takes as newtons.
+//! Forces that stay within ±1: parts of the full command, which the model reads as newtons.
 
 use super::reading::Understood;
 use super::values::{most, unit_is_open};
 use crate::frame::Dof;
 use crate::log::columns;
 
-/// What a part of the full command does not exceed.
+/// Upper limit of a part of the full command.
 const FULL: f64 = 1.05;
 
-/// Says of forces without a unit that are parts of the full command in all logs what comes of it.
+/// Adds a remark to forces without a unit that are parts of the full command in all logs: the
+/// parameters then come out in units of the full command.
 pub fn settle(logs: &mut [Understood]) {
     for channel in Dof::ALL.map(Dof::force) {
         let of = |log: &Understood| log.log.as_ref()?.signals.get(channel).map(most);

@@ -10,8 +10,8 @@ use crate::effects::{Coriolis, id};
 use crate::frame::Dof;
 use crate::model::Model;
 
-/// Deviation of a published parameter without one, as a part of it. Authors differ by about as much on the drag and the
-/// added mass of one small vehicle.
+/// Relative standard deviation that is assumed for a published parameter without one. Authors
+/// differ by about as much on the drag and the added mass of one small vehicle.
 const SPREAD: f64 = 0.3;
 
 /// `[[parameter]]` tables of the published parameters that act in `dofs`, each line a comment.
@@ -46,7 +46,7 @@ pub fn of(known: &KnownVehicle, dofs: &[Dof]) -> String {
     text
 }
 
-/// A number of three digits: what is assumed has no more.
+/// `x` rounded to three digits: an assumed value has no more.
 fn three_digits(x: f64) -> f64 {
     format!("{x:.2e}").parse().unwrap_or(x)
 }

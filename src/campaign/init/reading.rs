@@ -1,4 +1,4 @@
-//! One log: its columns placed, its reading options found, each with the reason.
+//! One log: assigns its columns to channels and finds its reading options, each with the reason.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,39 +15,41 @@ use crate::log::options::{BodyFrame, ColumnSource, EarthFrame, VelocityReference
 use crate::log::{self, LogFile, LogOptions, columns};
 use crate::run::Run;
 
-/// What a thruster may be commanded in.
+/// Quantities that a thruster's command may have.
 const COMMANDS: &[Quantity] = &[Quantity::Command, Quantity::Force];
 
-/// A log as far as it was understood.
+/// A log with its channels and reading options, as far as they were found.
 #[derive(Debug, Clone, Default)]
 pub struct Understood {
-    /// The file as the campaign names it.
+    /// Path of the file as the campaign names it.
     pub shown: String,
-    /// Options that somebody has said: they win.
+    /// Options that the user has given: they take precedence.
     pub given: LogOptions,
-    /// Options under which it is read.
+    /// Options with which the log is read.
     pub options: LogOptions,
     /// Reason of each option and column that was guessed: `missing`, `columns.psi`.
     pub reasons: BTreeMap<String, String>,
-    /// Columns that a channel could be as well.
+    /// Alternative columns of a channel.
     pub choices: BTreeMap<String, Vec<ColumnSource>>,
-    /// Names of its columns: logs with the same ones are written alike.
+    /// Names of its columns: logs with the same names are written alike.
     pub headers: Vec<String>,
-    /// Turn of the heading over the integral of its rate, as they were first read.
+    /// Change of the heading over the integral of the yaw rate as first read: negative if the rate
+    /// counts the other way.
     pub turns: Option<f64>,
-    /// What was not placed, what else a column could be.
+    /// Remarks for the campaign: columns that were not placed, and other meanings of a column.
     pub remarks: Vec<String>,
     /// Commands of the thrusters, in the order of V1, V2, …
     pub commands: Vec<commands::Column>,
     /// Unit of the commands.
     pub kind: Option<Kind>,
-    /// The log, where it could be read.
+    /// The log; `None` if it could not be read.
     pub log: Option<LogFile>,
-    /// Why it could not.
+    /// Reasons why it could not be read.
     pub refused: Vec<String>,
 }
 
-/// Understands the log at `path`; `given` are options that somebody has said: they win.
+/// Finds the channels and reading options of the log at `path`; `given` are the user's options,
+/// which take precedence.
 pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
     let mut this =
         Understood { shown: shown.to_string(), given: given.clone(), options: given.clone(), ..Understood::default() };
@@ -77,12 +79,13 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
     this
 }
 
-/// Settles what the values of all logs tell together, and reads those again whose options it changes. `thrusters` is how
-/// many the vehicle has, `full_rpm` what a full command of it turns, where it is known.
+/// Decides what only the values of all logs together tell, and reads the logs again whose options
+/// change. `thrusters`: number of thrusters of the vehicle; `full_rpm`: turns a minute of a full
+/// command, if they are known.
 pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>, full_rpm: Option<f64>) {
     let placed_anew = drives::place_anew(logs, thrusters);
     for (k, (log, path)) in logs.iter_mut().zip(paths).enumerate() {
-        // the rest is told by stamps in seconds
+        // the steps below need the new commands and time stamps in seconds
         if values::counter(log) || placed_anew.contains(&k) {
             log.attempt(path);
         }
@@ -109,12 +112,12 @@ pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>
 }
 
 impl Understood {
-    /// Its channels as those of a run; `None` where it could not be read.
+    /// Its channels as a run; `None` if it could not be read.
     pub fn as_run(&self) -> Option<Run> {
         Some(Run { signals: self.log.as_ref()?.signals.clone(), ..Run::default() })
     }
 
-    /// Notes an option that was guessed.
+    /// Notes the reason of an option that was guessed.
     pub fn guess(&mut self, key: impl Into<String>, reason: impl Into<String>) {
         self.reasons.insert(key.into(), reason.into());
     }
@@ -144,7 +147,7 @@ impl Understood {
         }
     }
 
-    /// Gives each header its channel.
+    /// Assigns each header to its channel.
     fn place(&mut self, layout: &Layout, given: &LogOptions) {
         let taken = |header: &str| {
             let base = columns::split_header(header).0;
@@ -185,7 +188,7 @@ impl Understood {
             }
         }
         left.extend(wanted_angles(&mut meant));
-        // the column that fits best is taken, the others stand beside it
+        // the column that fits best is taken, the others are named as alternatives
         meant.sort_by_key(|(m, ..)| std::cmp::Reverse(m.score));
         let mut told = Told::default();
         for (meaning, header, words) in meant {
@@ -198,7 +201,8 @@ impl Understood {
             if !own.iter().any(|o| o == meaning.channel) && told.take(meaning.channel, &header, &words) {
                 continue;
             }
-            // what may be the course is no heading beside an attitude
+            // a doubtful name (a course for the heading) gives way to a group that tells the
+            // channel
             if meaning.score < meaning::PLAIN && told.tells(meaning.channel) {
                 continue;
             }
@@ -224,7 +228,7 @@ impl Understood {
         if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
             self.bench(&mut driven, &mut left);
         } else if driven.iter().all(|column| column.kind == Some(Kind::Turns)) {
-            // the thrust of the one propeller says more than its turns
+            // the measured thrust of a single propeller tells more than its turns
             let pushes = left.iter().position(|header| commands::push(header, &words::of(header)).is_some());
             if let Some(header) = pushes.filter(|_| !own.iter().any(|c| c.starts_with("tau_"))).map(|k| left.remove(k))
             {
@@ -238,10 +242,10 @@ impl Understood {
         }
     }
 
-    /// Writes `columns.channel`.
+    /// Sets `columns.channel`.
     fn map(&mut self, channel: &str, header: &str, words: &Words, sign: i8, why: &str) {
         let (source, how) = units::source(channel, header, words.unit.as_deref(), sign);
-        // a column under its own name in a unit that is read needs no word
+        // a column with the channel's own name and a known unit needs no entry
         if source == ColumnSource::from(header) && columns::split_header(header).0 == channel {
             return;
         }
@@ -249,14 +253,15 @@ impl Understood {
         self.guess(format!("columns.{channel}"), format!("{header:?} is {channel} by {why}{how}"));
     }
 
-    /// Keeps a column of a known name in an unknown unit under another name: the reader would refuse the log for it.
+    /// Keeps a column with a known name and an unknown unit under another name: the reader would
+    /// refuse the log for it.
     fn set_aside(&mut self, channel: &str, header: &str, unit: &str) {
         let other = format!("{channel}_as_logged");
         self.options.columns.insert(other.clone(), ColumnSource::from(header));
         self.guess(format!("columns.{other}"), units::left_out(channel, header, unit));
     }
 
-    /// Takes the axes of ROS where the columns are fields of its messages, as those of a bag are.
+    /// Sets the axes of ROS if the columns are fields of its messages, as in a table of a bag.
     fn ros(&mut self, layout: &Layout) {
         let usual = LogOptions::default();
         let unsaid = self.given.body_frame == usual.body_frame && self.given.earth_frame == usual.earth_frame;
@@ -268,7 +273,8 @@ impl Understood {
         self.guess("earth_frame", format!("{why}: east, north, up (\"ned\" where they are north, east, down)"));
     }
 
-    /// Notices a velocity that its name calls one through the water.
+    /// Sets the velocity reference to water if a velocity's name says that it is measured through
+    /// the water.
     fn refer(&mut self, channel: &str, header: &str, words: &Words) {
         let name = words.words.join(" ");
         let through =
@@ -279,7 +285,7 @@ impl Understood {
         }
     }
 
-    /// The "theta" of a log in the plane, which has x and y and no other angle, is the heading.
+    /// Reads "theta" as the heading in a planar log: one with x and y and no other angle.
     fn planar_theta(&mut self, own: &[String]) {
         let has = |channel: &str| own.iter().any(|o| o == channel);
         let said = self.given.columns.contains_key("theta");
@@ -296,7 +302,7 @@ impl Understood {
         self.options.columns.insert("psi".into(), source);
     }
 
-    /// A log without motion that has a command and a force is one of a thruster on a bench.
+    /// Places force and command of a log without motion: a thruster on a bench.
     fn bench(&mut self, driven: &mut Vec<commands::Column>, left: &mut Vec<String>) {
         let has = |header: &str, wanted: &[&str]| names(&words::of(header), wanted);
         let force = left.iter().find(|h| has(h, FORCE)).cloned();
@@ -311,7 +317,7 @@ impl Understood {
         }
     }
 
-    /// Places the commands of the thrusters.
+    /// Places the commands of the thrusters: those that the user has given, else the chosen group.
     fn drive(&mut self, driven: &[commands::Column], given: &LogOptions) {
         let said = commands::given(given);
         if !said.is_empty() {
@@ -326,7 +332,7 @@ impl Understood {
         self.assign(chosen);
     }
 
-    /// Places other commands, or the same as another kind.
+    /// Replaces the commands, by others or by the same as another kind.
     pub(super) fn assign_anew(&mut self, chosen: Vec<commands::Column>) {
         for (k, column) in self.commands.clone().iter().enumerate() {
             self.options.columns.retain(|_, source| source.name != column.header);
@@ -360,7 +366,8 @@ impl Understood {
     }
 }
 
-/// Takes out what may be the angle that was wanted: `cmd_yaw` is a moment only beside the command of a force, `cmd_surge`.
+/// Removes, and returns, headers that may be a desired angle: `cmd_yaw` is a moment only beside the
+/// command of a force, `cmd_surge`.
 fn wanted_angles(meant: &mut Vec<(Meaning, String, Words)>) -> Vec<String> {
     let is = |m: &Meaning, dofs: &[Dof]| {
         m.score == meaning::BY_DEGREE_OF_FREEDOM && dofs.iter().any(|dof| dof.force() == m.channel)

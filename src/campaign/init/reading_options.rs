@@ -1,4 +1,5 @@
-//! Reading options as text: what differs from the defaults, each guess with its reason, what else it could be below it.
+//! Reading options as text: those that differ from the defaults, each guess with its reason and its
+//! alternatives.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -7,17 +8,17 @@ use super::quoted;
 use super::reading::Understood;
 use crate::log::options::{ColumnSource, LogOptions};
 
-/// A table of reading options with its header, where it holds anything.
+/// The table of a log's reading options with its header; empty if all are defaults.
 pub fn table(understood: &Understood, name: &str) -> String {
     headed(&write_options(&understood.options, &understood.reasons, &understood.choices, name), name)
 }
 
-/// Options below the header of their table; columns, which have one of their own, need none.
+/// Options below the header of their table. Columns have a header of their own and need none.
 fn headed(options: &str, name: &str) -> String {
     if options.is_empty() || options.starts_with("\n[") { options.to_string() } else { format!("[{name}]\n{options}") }
 }
 
-/// What the options of several logs have in common.
+/// The options that several logs have in common.
 #[derive(Debug, Default)]
 pub struct Common {
     options: LogOptions,
@@ -26,7 +27,7 @@ pub struct Common {
 }
 
 impl Common {
-    /// Of these logs; of none what somebody has said.
+    /// The common options of these logs; without logs, the options that the user has given.
     pub fn of(logs: &[&Understood], given: &LogOptions) -> Common {
         let Some((first, others)) = logs.split_first() else {
             return Common { options: given.clone(), ..Common::default() };
@@ -38,7 +39,7 @@ impl Common {
         }
         let mut options = shared.try_into::<LogOptions>().unwrap_or_default();
         options.columns.retain(|name, source| others.iter().all(|log| log.options.columns.get(name) == Some(source)));
-        // a log that contradicts the others has the most to say
+        // the longest reason is kept: a log that contradicts the others has it
         let mut reasons = first.reasons.clone();
         for (key, reason) in &mut reasons {
             let said = logs.iter().filter_map(|log| log.reasons.get(key));
@@ -47,12 +48,12 @@ impl Common {
         Common { options, reasons, choices: first.choices.clone() }
     }
 
-    /// The options, columns in a table of their own.
+    /// The options as text, columns in a table of their own.
     pub fn text(&self, name: &str) -> String {
         write_options(&self.options, &self.reasons, &self.choices, name)
     }
 
-    /// The table of what one log has beside them.
+    /// The table of the options of one log that are not common.
     pub fn rest(&self, log: &Understood, name: &str) -> String {
         let keys = |options: &LogOptions| toml::Table::try_from(options).unwrap_or_default();
         let common = keys(&self.options);
@@ -89,7 +90,7 @@ fn write_options(
     text
 }
 
-/// The line that says where a channel stands.
+/// The line that assigns a column to a channel.
 fn column(channel: &str, source: &ColumnSource) -> String {
     let mut parts = vec![format!("name = {}", toml::Value::from(source.name.clone()))];
     parts.extend(source.unit.as_ref().map(|unit| format!("unit = {}", quoted(unit))));

@@ -1,7 +1,8 @@
-//! Which runs take no part in the fit, where nobody has said it.
+//! The choice of the dives that validate, as long as the user has made none.
 //!
-//! Of three dives and more every third validates, if others move what it moves and go where it goes. A run that alone goes
-//! astern or at full speed belongs into the fit: held out it would judge the model where the fit has seen nothing.
+//! Of three dives and more every third validates if others move the same degrees of freedom and
+//! cover its range. A run that alone goes astern or at full speed belongs to the fit: held out, it
+//! would test the model outside the range of the fit.
 
 use std::collections::BTreeSet;
 
@@ -10,10 +11,10 @@ use crate::envelope;
 use crate::frame::Dof;
 use crate::run::Run;
 
-/// One dive in three validates.
+/// One dive in this many validates.
 const SHARE: usize = 3;
 
-/// Whether each of `dives` validates; `dofs` are those of the model.
+/// Whether each of `dives` validates; `dofs`: degrees of freedom of the model.
 pub(super) fn validating(dives: &[Run], dofs: &[Dof]) -> Vec<bool> {
     let moves = |dive: &Run| -> BTreeSet<Dof> {
         dofs.iter().copied().filter(|dof| motion::of(&dive.signals, *dof) == Moved::Moves).collect()
@@ -29,11 +30,13 @@ pub(super) fn validating(dives: &[Run], dofs: &[Dof]) -> Vec<bool> {
         envelope::beyond(&dives[k], &range).is_empty()
     };
     let strict = chosen(dives.len(), |k, others| moved_elsewhere(k, others) && is_within(k, others));
-    // each run its own speed: then a run that goes a little further is a better judge than none
+    // each run may have its own speed: a run that goes a little further is then a better test than
+    // none
     if strict.contains(&true) { strict } else { chosen(dives.len(), moved_elsewhere) }
 }
 
-/// Up to a third of `count` dives that `can` be spared by the others that stay: every third first, then whichever.
+/// Up to a third of `count` dives that the remaining ones can spare by `can`: every third first,
+/// then any.
 fn chosen(count: usize, can: impl Fn(usize, &[usize]) -> bool) -> Vec<bool> {
     let mut validates = vec![false; count];
     for k in (SHARE - 1..count).step_by(SHARE).chain(0..count) {
@@ -44,7 +47,7 @@ fn chosen(count: usize, can: impl Fn(usize, &[usize]) -> bool) -> Vec<bool> {
     validates
 }
 
-/// Channels that tell where a run goes: velocities, and commands by force or by thruster.
+/// Channels that define the range of a run: velocities, and commands by force or by thruster.
 fn channels(dives: &[Run]) -> BTreeSet<String> {
     let of_thruster = |name: &&String| {
         let number = name.strip_prefix(['V', 'F']).unwrap_or_default();

@@ -1,6 +1,7 @@
-//! Tables of ROS messages: their columns are called as the fields are, and their axes are those of REP 103.
+//! Tables of ROS messages: the columns have the names of the fields, and the axes are those of
+//! REP 103.
 
-/// What only a table of messages has in its header.
+/// Parts of names that only a table of messages has in its header.
 const SIGNATURES: [&str; 4] = ["header.stamp", "pose.pose.", "twist.twist.", "wrench.wrench."];
 /// Fields along axes.
 const VECTORS: [&str; 8] = [
@@ -14,7 +15,7 @@ const VECTORS: [&str; 8] = [
     "wrench.torque.",
 ];
 
-/// Whether a name is one that only a table of messages has in its header.
+/// Whether a name occurs only in the header of a table of messages.
 fn is_signed(header: &str) -> bool {
     let name = plain(header);
     name == "%time" || name.starts_with("field.") || SIGNATURES.iter().any(|s| name.contains(s))
@@ -24,7 +25,8 @@ fn plain(header: &str) -> String {
     header.to_lowercase().replace('/', ".")
 }
 
-/// The velocity along the last axis in a table of messages of a DVL, which has axes of its own.
+/// Name of the velocity along the last axis in a table of messages of a DVL, which has axes of its
+/// own.
 pub fn of_dvl(headers: &[String]) -> Option<&str> {
     let is_velocity = |header: &&String| {
         let name = plain(header);
@@ -33,7 +35,8 @@ pub fn of_dvl(headers: &[String]) -> Option<&str> {
     headers.iter().any(|h| is_signed(h)).then(|| headers.iter().find(is_velocity))?.map(String::as_str)
 }
 
-/// The first column along axes, where the header is that of ROS messages: as `rostopic echo -p` and exporters write them.
+/// The first column along an axis if the header is that of ROS messages, as `rostopic echo -p` and
+/// exporters write them.
 pub fn field(headers: &[String]) -> Option<&str> {
     let is_vector = |header: &&String| VECTORS.iter().any(|v| plain(header).contains(v));
     headers.iter().any(|h| is_signed(h)).then(|| headers.iter().find(is_vector))?.map(String::as_str)

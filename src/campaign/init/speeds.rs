@@ -1,4 +1,5 @@
-//! Velocities whose range says their unit, and positions that go faster than any vehicle.
+//! Units of velocities by their range, and a check for positions that change faster than any
+//! vehicle moves.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +11,19 @@ use crate::log::check::statistics::quantile;
 use crate::log::options::ColumnSource;
 use crate::run::Signal;
 
-/// Along the axes of the body.
+/// The degrees of freedom along the axes of the body.
 const ALONG: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Heave];
-/// A speed that no vehicle under or on the water makes, m/s.
+/// A speed that no vehicle under or on the water reaches, m/s.
 const TOO_FAST: f64 = 40.0;
-/// What a vehicle makes in cm/s is below, in mm/s mostly above.
+/// Limit between a vehicle's speed in cm/s, below, and in mm/s, mostly above.
 const CENTIMETRES: f64 = 300.0;
-/// Part of the samples that make a range: the rest may be outliers.
+/// Part of the samples that defines the range: the rest may be outliers.
 const MOST: f64 = 0.98;
-/// Time over which a position is held against a speed, s: long against its noise.
+/// Time over which a position is compared with a speed, s: long against its noise.
 const SPAN: f64 = 1.0;
 
-/// Settles the units of velocities by their range in all logs, and tells positions that cannot be.
+/// Sets the units of velocities by their range in all logs, and reports positions that cannot be
+/// right.
 pub fn settle(logs: &mut [Understood]) {
     let mut greatest: BTreeMap<Vec<String>, f64> = BTreeMap::new();
     for log in logs.iter() {
@@ -40,7 +42,7 @@ pub fn settle(logs: &mut [Understood]) {
     }
 }
 
-/// Velocities whose unit nobody says, with what their names have in common, all but the axis, and how far they go.
+/// Velocities whose unit is open: channel, words of the name without the axis, and range.
 fn open(this: &Understood) -> Vec<(&'static str, Vec<String>, f64)> {
     let Some(log) = &this.log else { return Vec::new() };
     let of = |channel: &'static str| {
@@ -52,7 +54,7 @@ fn open(this: &Understood) -> Vec<(&'static str, Vec<String>, f64)> {
     ALONG.map(Dof::velocity).into_iter().filter_map(of).collect()
 }
 
-/// Millimetres or centimetres a second where metres would be too fast.
+/// Sets millimetres or centimetres a second if metres would be too fast.
 fn velocity(this: &mut Understood, channel: &str, most: f64) {
     if most <= TOO_FAST {
         return;
@@ -65,7 +67,7 @@ fn velocity(this: &mut Understood, channel: &str, most: f64) {
     }
 }
 
-/// Tells a position with doubt where it goes faster than any vehicle.
+/// Reports doubt about a position that changes faster than any vehicle moves.
 fn position(this: &mut Understood, channel: &str) {
     let key = format!("columns.{channel}");
     let Some(signal) = this.log.as_ref().and_then(|log| log.signals.get(channel)) else { return };
@@ -82,7 +84,7 @@ fn position(this: &mut Understood, channel: &str) {
     }
 }
 
-/// The middle of the speeds of a position.
+/// The median speed of a position.
 fn usual_speed(position: &Signal) -> Option<f64> {
     let (from, to) = (*position.time().first()?, *position.time().last()?);
     let steps = ((to - from) / SPAN) as usize;

@@ -1,4 +1,4 @@
-//! The time of a log: which column, in which unit or format.
+//! The time of a log: its column, and its unit or format.
 
 use super::commands::{self, COMMAND, FORCE, names};
 use super::layout::Layout;
@@ -20,14 +20,14 @@ impl Understood {
                 let x: Option<Vec<f64>> = layout.rows.iter().map(|row| cell(row, k)).collect();
                 x.is_some_and(|x| x.len() > 2 && x.windows(2).all(|w| w[1] > w[0]))
             };
-            // commands and forces of a table grow, too
+            // commands and forces of a table may grow, too
             let is_thrust = |k: usize| {
                 let words = words::of(&layout.headers[k]);
                 commands::of(&layout.headers[k], &words).is_some() || names(&words, FORCE) || names(&words, COMMAND)
             };
             let is_time = |k: &usize| layout.is_date(*k) || grows(*k) && !is_thrust(*k);
             let counts = |k: &usize| log::check::time::is_called_counter(&layout.headers[*k]);
-            // a counter of rows only where nothing else grows with them
+            // a counter of rows is taken only if no other column grows in each row
             let found = (0..layout.headers.len()).filter(is_time).min_by_key(counts);
             if let Some(k) = found {
                 let header = layout.headers[k].clone();
@@ -58,7 +58,8 @@ impl Understood {
         }
     }
 
-    /// What a file of commands and forces without a time is.
+    /// The message for a file of commands and forces without a time: it is a table of a thruster,
+    /// not a run.
     pub(super) fn table(&self, layout: &Layout) -> Option<String> {
         let is_timed = |h: &String| columns::split_header(h).0 == "t";
         if self.options.columns.contains_key("t") || layout.headers.iter().any(is_timed) {
@@ -73,7 +74,7 @@ impl Understood {
         ))
     }
 
-    /// A date in one column and the time of day in another; whether it is so.
+    /// Places a date in one column and a time of day in another; returns whether the log has them.
     fn date_and_time(&mut self, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) -> bool {
         let columns = 0..layout.headers.len();
         let date = columns.clone().find(|k| layout.is_day(*k));
@@ -105,7 +106,8 @@ impl Understood {
             layout.rows.iter().filter_map(|row| row[at].replace(self.options.decimal, ".").parse().ok()).collect();
         let Some(step) = log::check::time::usual_step(&stamps).filter(|s| *s > 0.0) else { return };
         let first = stamps.first().copied().unwrap_or(0.0);
-        // a wall clock tells its unit by its size, another by its step: no vehicle logs every 5 s or more
+        // the size of the stamps gives the unit of a wall clock, the step that of others: no
+        // vehicle logs every 5 s or more
         let (unit, why) = match (first, step) {
             (x, _) if x > 1e17 => (TimeUnit::Ns, "stamps of that size are nanoseconds since 1970".to_string()),
             (x, _) if x > 1e14 => (TimeUnit::Us, "stamps of that size are microseconds since 1970".to_string()),

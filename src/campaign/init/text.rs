@@ -29,13 +29,13 @@ pub const HEAD: &str =
 /// How the comment of a log that was not read begins.
 pub const NOT_READ: &str = "# not read: ";
 
-/// All that the text is made of.
+/// The inputs of the text.
 pub struct Draft<'a> {
-    /// What was asked.
+    /// The request.
     pub request: &'a InitRequest,
-    /// Reading options that somebody has said.
+    /// Reading options that the user has given.
     pub given: &'a LogOptions,
-    /// The vehicle, and why it was chosen where nobody said it.
+    /// The vehicle, with the reason if it was guessed.
     pub vehicle: Option<&'a (KnownVehicle, Option<String>)>,
     /// The logs.
     pub logs: &'a [Understood],
@@ -43,18 +43,18 @@ pub struct Draft<'a> {
     pub dives: &'a [Vec<usize>],
 }
 
-/// The campaign and what is said beside it.
+/// The text of a campaign and the messages beside it.
 pub struct Written {
     /// The whole text.
     pub text: String,
-    /// That nothing moves under a command.
+    /// Message that nothing moves under a command.
     pub idle: Option<String>,
-    /// Degrees of freedom that are logged in part and not modelled, each with what is wanting.
+    /// Degrees of freedom that are logged in part and not modelled, each with what is missing.
     pub left_out: Vec<String>,
 }
 
 impl Draft<'_> {
-    /// The whole text, and what is said of the logs beside it.
+    /// Writes the whole text and the messages beside it.
     pub fn write(&self) -> Written {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
@@ -78,11 +78,12 @@ impl Draft<'_> {
         Written { text: text + &self.not_placed(), idle: chosen.idle, left_out: chosen.left_out }
     }
 
-    /// The prior that gives masses and drags their scale where no force is known: the dry mass, and what the water adds to it.
+    /// The prior on the surge inertia that sets the scale of masses and drags if the force is not
+    /// known: the dry mass and 5 % of added mass.
     fn mass_of_hull(&self, chosen: &Chosen) -> String {
         let Some(mass) = self.mass_for_scale(chosen) else { return String::new() };
         let why = if chosen.pushed { "no force is known" } else { "what the hull takes of the thrust is not known" };
-        // 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
+        // added mass over mass: 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
         format!(
             "\n# guessed: the scale of all masses and drags, as {why}: a long hull drags 5 % of its mass along\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
             quoted(&name_of(id::INERTIA, Place::at(Dof::Surge))),
@@ -91,15 +92,15 @@ impl Draft<'_> {
         )
     }
 
-    /// The dry mass, where it tells more of the scale than the thrust: no force is known, its curve is guessed, or the hull takes a
-    /// part of it.
+    /// The dry mass if it tells more of the scale than the thrust: no force is known, its curve is
+    /// guessed, or the hull takes a part of it.
     fn mass_for_scale(&self, chosen: &Chosen) -> Option<f64> {
         self.request.facts.mass.filter(|_| (chosen.pushed || chosen.scaled) && self.vehicle.is_none())
     }
 
-    /// The drag beside the quadratic one. At speeds that hardly differ that one and the thrust are all that there is to be seen of
-    /// surge, and a hull that fins steer is slender and moves ahead: what damps its turns and its drift is lift, in proportion
-    /// to its speed.
+    /// The drag effects beside the quadratic ones. At nearly constant speed only the quadratic drag
+    /// and the thrust can be seen in surge. A hull that fins steer is slender and moves ahead: its
+    /// turns and its drift are damped by lift, in proportion to its speed.
     fn drags(&self, chosen: &Chosen, is_one_force: bool) -> Vec<String> {
         let steered: Vec<Dof> =
             self.logs.iter().filter_map(Understood::as_run).flat_map(|run| fins::steered(&run)).collect();
@@ -114,7 +115,7 @@ impl Draft<'_> {
         if is_plain { vec![id::LINEAR_DRAG.to_string()] } else { each }
     }
 
-    /// What a log of another format has and the campaign does not take.
+    /// Comments with the fields of a log of another format that the campaign does not read.
     fn not_placed(&self) -> String {
         let mut text = String::new();
         for (log, fields) in self.request.learned.not_placed.iter().filter(|(_, fields)| !fields.is_empty()) {
@@ -129,7 +130,8 @@ impl Draft<'_> {
         text
     }
 
-    /// `[vehicle]`, `[water]` and what else a vehicle file says of the vehicle, or the questions.
+    /// `[vehicle]`, `[water]` and the other sections of a vehicle file; without one, the keys that
+    /// the user is to fill in.
     fn vehicle_table(&self) -> String {
         let facts = &self.request.facts;
         let figures = [
@@ -167,7 +169,8 @@ impl Draft<'_> {
         text
     }
 
-    /// The `[[thruster]]` tables: of the vehicle, else guessed where commands are logged and no forces.
+    /// The `[[thruster]]` tables: those of the vehicle, else guessed ones if commands are logged;
+    /// as comments if forces are logged, too.
     fn thruster_tables(&self) -> String {
         if let Some((known, _)) = self.vehicle {
             let mut text = sections(&known.text, |name| name == "thruster");
@@ -202,7 +205,8 @@ impl Draft<'_> {
         tables
     }
 
-    /// What each thruster of unknown make gives: where fins steer a vehicle of known mass, it is a hull that reached a speed.
+    /// The assumed full thrust of a thruster of unknown make: the drag of a hull at the greatest
+    /// speed of the logs if fins steer a vehicle of known mass, else that of a T200.
     fn full_thrust(&self, thrusters: usize) -> Full {
         let (mass, water) = (self.request.facts.mass, Water::default());
         let speeds = self.logs.iter().filter_map(|l| l.log.as_ref()?.signals.get(Dof::Surge.velocity()));
@@ -213,14 +217,16 @@ impl Draft<'_> {
         }
     }
 
-    /// The log with the most commands, and those of its like: one vehicle, and all of its logs tell what its commands are.
+    /// The log with the most commands, and the commands of all logs with the same columns: they are
+    /// of one vehicle.
     fn commands(&self) -> Option<(&Understood, Vec<&Signal>)> {
         let log = self.logs.iter().filter(|l| l.log.is_some()).max_by_key(|l| l.commands.len())?;
         let alike = self.logs.iter().filter(|l| drives::headers(l) == drives::headers(log));
         Some((log, alike.flat_map(drives::signals).collect()))
     }
 
-    /// The thrusters of a vehicle, with neutral and span where the log has pulses and the vehicle file does not say them.
+    /// The thruster tables of a vehicle. Neutral and span are added if the log has pulses and the
+    /// vehicle file lacks them.
     fn with_pulses(&self, text: &str) -> String {
         let Some((log, signals)) = self.commands() else { return text.to_string() };
         if log.kind != Some(Kind::Pulse) || signals.is_empty() {
@@ -241,7 +247,8 @@ impl Draft<'_> {
         })
     }
 
-    /// Neutral and span of the pulses, with the reason: what the autopilot says, else what the values show.
+    /// Neutral and span of the pulses with the reason: as the autopilot states them, else from the
+    /// values.
     fn pulses(&self, signals: &[&Signal]) -> (f64, f64, String) {
         let (neutral, span, why) = commands::pulses(signals);
         let learned = &self.request.learned;
@@ -265,8 +272,8 @@ impl Draft<'_> {
         let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
         effects.extend(rows.filter(stands).map(|row| row.about().id.to_string()));
         effects.extend([Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).filter_map(id::restoring));
-        // a vehicle that tilts is pulled along its axes by the net weight, and a centre of gravity above or below the
-        // origin ties surge to pitch and sway to roll
+        // the net weight acts along the axes of a vehicle that tilts, and a centre of gravity above
+        // or below the origin couples surge to pitch and sway to roll
         for (along, tilt) in [(Dof::Surge, Dof::Pitch), (Dof::Sway, Dof::Roll)] {
             if has(along) && has(tilt) {
                 effects.push(format!("{}@{along}:{tilt}", id::ADDED_MASS_COUPLING));
@@ -279,14 +286,14 @@ impl Draft<'_> {
             let mut read = self.logs.iter().filter_map(|l| l.log.as_ref()).peekable();
             read.peek().is_some() && read.all(|l| l.signals.contains_key(name))
         };
-        // fins whose angles are logged, of a vehicle of which nothing is known
+        // fins whose angles are logged, of an unknown vehicle
         if self.vehicle.is_none() {
             for fin in id::fins().into_iter().filter(|fin| has(fin.turns) && logged(fin.channel)) {
                 effects.push(fin.lift);
                 effects.extend(has(Dof::Surge).then_some(fin.drag));
             }
         }
-        // a wind that is measured blows on what stands out of the water
+        // a measured wind acts on what stands out of the water
         effects.extend(columns::blowing(&chosen.dofs, logged_by_all));
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
             let known = catalogue(Coriolis::Tied);
@@ -339,7 +346,8 @@ impl Draft<'_> {
         text
     }
 
-    /// What the options of all logs have in common, with its reasons; each run says the rest.
+    /// The options that all logs have in common, with their reasons; each run states the rest. If a
+    /// dive has several logs, only the user's options are common.
     fn common(&self) -> Common {
         let read: Vec<&Understood> = self.logs.iter().filter(|l| l.log.is_some()).collect();
         let single = self.dives.iter().all(|dive| dive.len() == 1);
@@ -424,7 +432,7 @@ impl Draft<'_> {
     }
 }
 
-/// The sections of a text of TOML tables whose name `keep` keeps, each with the comments before it.
+/// The sections of a TOML text whose name `keep` accepts, each with the comments before it.
 fn sections(text: &str, keep: impl Fn(&str) -> bool) -> String {
     let (mut out, mut pending, mut kept) = (String::new(), String::new(), true);
     for line in text.lines() {

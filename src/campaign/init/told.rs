@@ -1,7 +1,9 @@
-//! Columns that tell a channel together: latitude and longitude, a quaternion, speed and course over ground.
+//! Columns that give a channel together: latitude and longitude, a quaternion, speed and course
+//! over ground.
 //!
-//! They are taken where no column of its own tells the position, the heading or the velocity; `[log.columns]` then names all of
-//! them, and the reader makes the channels ([`crate::log::derived`]).
+//! They are used if no single column gives the position, the heading or the velocity.
+//! `[log.columns]` then names all of them, and the reader computes the channels
+//! ([`crate::log::derived`]).
 
 use std::collections::BTreeMap;
 
@@ -11,28 +13,28 @@ use super::units;
 use super::words::Words;
 use crate::log::columns;
 
-/// Headers by the column that they are, the one that fits best.
+/// The best-fitting header of each column of a group.
 #[derive(Debug, Default)]
 pub struct Told {
     of: BTreeMap<&'static str, (String, Words)>,
 }
 
-/// The groups of the reader: what they consist of, and the channels that nothing else may tell.
+/// The groups of the reader: their columns, and the channels that they give if nothing else does.
 const GROUPS: [(&[&str], &[&str]); 3] = [
     (&["latitude", "longitude"], &["x", "y"]),
     (&["qw", "qx", "qy", "qz"], &["phi", "theta", "psi"]),
-    // after the quaternion, which may tell the heading that they are turned by
+    // after the quaternion: it may give the heading that rotates them
     (&["v_north", "v_east"], &["u", "v"]),
 ];
 
-/// Degrees beyond which a number is no angle, but a count of 1e-7 degrees as autopilots write them.
+/// Number above which an angle is a count of 1e-7 degrees, as autopilots write it.
 const NO_DEGREES: f64 = 360.0;
 
 const SPEED: [&str; 4] = ["sog", "speed over ground", "ground speed", "gps speed"];
 const COURSE: [&str; 2] = ["cog", "course over ground"];
 
 impl Told {
-    /// Takes a header whose name means a column of a group; whether it does.
+    /// Takes a header whose name means a column of a group; returns whether it does.
     pub fn take(&mut self, channel: &'static str, header: &str, words: &Words) -> bool {
         let is_part = GROUPS.iter().any(|(sources, _)| sources.contains(&channel));
         if is_part {
@@ -41,7 +43,7 @@ impl Told {
         is_part
     }
 
-    /// Notes a header that is speed or course over ground: it may be another channel as well.
+    /// Notes a header that is speed or course over ground; it may also be another channel.
     pub fn note_ground(&mut self, header: &str, words: &Words) {
         let name = words.words.join(" ");
         for (channel, phrases) in [("sog", &SPEED[..]), ("cog", &COURSE[..])] {
@@ -51,7 +53,7 @@ impl Told {
         }
     }
 
-    /// Whether a whole group tells this channel.
+    /// Whether a complete group gives this channel.
     pub fn tells(&self, channel: &str) -> bool {
         let whole = |sources: &[&str]| sources.iter().all(|source| self.of.contains_key(source));
         GROUPS.iter().any(|(sources, gives)| gives.contains(&channel) && whole(sources))
@@ -63,7 +65,8 @@ impl Told {
 }
 
 impl Understood {
-    /// Places the groups that tell what no column tells; `own` are the channels that have one. What is not taken comes to `left`.
+    /// Places the groups that give what no column gives. `own`: channels that have a column.
+    /// Headers that are not used go to `left`.
     pub(super) fn place_told(&mut self, told: &Told, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) {
         for (sources, gives) in GROUPS {
             let headers: Vec<&str> = sources.iter().filter_map(|s| told.header(s)).collect();
@@ -93,7 +96,8 @@ impl Understood {
         self.place_ground(told, own);
     }
 
-    /// Speed and course over ground become surge and sway by a heading that is not the course.
+    /// Places speed and course over ground as surge and sway if there is a heading other than the
+    /// course.
     fn place_ground(&mut self, told: &Told, own: &mut Vec<String>) {
         let (Some((speed, speed_words)), Some((course, course_words))) = (told.of.get("sog"), told.of.get("cog"))
         else {

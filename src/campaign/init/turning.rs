@@ -1,11 +1,12 @@
-//! Degrees or radians of a heading and its rate, judged together.
+//! Degrees or radians of a heading and its rate, decided together.
 //!
 //! ```text
 //! k = Σ Δψ ∫r / Σ (∫r)²        k = 1: ψ and r are of one kind, both in degrees or both in radians
 //! ```
 //!
-//! Which kind that is, something else has to tell: a jump of a full turn, the way over x and y, the other angles, a rate that no
-//! vehicle turns at. A heading that was unwrapped goes beyond any number of either.
+//! Something else must tell the unit: a jump of a full turn, the path over x and y, the other
+//! angles, or a rate that no vehicle reaches. An unwrapped heading exceeds any limit in either
+//! unit.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -20,20 +21,22 @@ use crate::log::options::ColumnSource;
 use crate::navigation::unwrap;
 use crate::run::{Run, Signal};
 
-/// What roll and pitch in radians do not reach.
+/// Upper limit of roll and pitch in radians.
 pub const UPRIGHT: f64 = 3.2;
-/// Six turns: beyond, a heading that nothing else tells of is rather one in degrees.
+/// Six turns in radians: a heading beyond, of which nothing else tells the unit, is more likely in
+/// degrees.
 const MANY_TURNS: f64 = 40.0;
-/// Ratio of a turn and its rate that are of one kind.
+/// Range of k for a heading and a rate in the same kind of unit.
 const ONE_KIND: std::ops::Range<f64> = 0.6..1.6;
 
-/// What tells the unit of a heading.
+/// The unit of a heading, with the reason.
 enum Told {
     Degrees(String),
     Radians(String),
 }
 
-/// Settles the unit of the heading, and of a rate of its kind, in all logs whose columns of it have one name.
+/// Sets the unit of the heading, and of a rate of the same kind, in all logs whose heading column
+/// has one name.
 pub fn settle(logs: &mut [Understood]) {
     let mut alike: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (k, log) in logs.iter().enumerate() {
@@ -53,7 +56,8 @@ pub fn settle(logs: &mut [Understood]) {
         }
         let is_degrees = degrees >= radians;
         let is_doubtful = |k: &usize| logs[*k].log.as_ref().is_some_and(|log| goes_beyond_radians(&log.signals["psi"]));
-        // radians are what is read where no unit is said: it is said where the numbers alone would tell another thing
+        // without a unit the reader takes radians: they are stated only if the numbers alone would
+        // suggest degrees
         let is_said = is_degrees || group.iter().any(is_doubtful);
         let witness = told.iter().find(|(_, t)| matches!(t, Some(Told::Degrees(_))) == is_degrees && t.is_some());
         let shown = witness.map_or_else(String::new, |(k, _)| logs[*k].shown.clone());
@@ -74,7 +78,7 @@ pub fn settle(logs: &mut [Understood]) {
     }
 }
 
-/// Whether the heading alone would be taken for degrees.
+/// Whether the heading by itself suggests degrees.
 pub fn goes_beyond_radians(psi: &Signal) -> bool {
     wraps(psi, 360.0) || most(psi) > MANY_TURNS && !wraps(psi, TAU)
 }
@@ -88,7 +92,7 @@ fn wraps(angle: &Signal, turn: f64) -> bool {
     angle.values().windows(2).any(|w| ((w[1] - w[0]).abs() - turn).abs() < 0.15 * turn)
 }
 
-/// What else is there that tells the unit of a log's heading.
+/// The unit of a log's heading, by the first of several indications that decides.
 fn told(this: &Understood, log: &LogFile) -> Option<Told> {
     let psi = &log.signals["psi"];
     if wraps(psi, 360.0) {
@@ -98,7 +102,7 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
         return Some(Told::Radians("it jumps by a full turn of 6.28".into()));
     }
     let rate = log.signals.get("r");
-    // its values as degrees are small: nothing of them is mistaken for a jump
+    // taken as degrees, a heading in radians has small values: unwrapping finds no jump in it
     let of_rate = rate.and_then(|r| ratio(psi, r, PI / 180.0, STEP)).map(|k| k.abs() * 180.0 / PI);
     if let Some(k) = of_rate.filter(|_| !unit_is_open("r", this)) {
         let said = |is: &str| format!("it turns {k:.3} times the integral of r, whose unit is known: {is}");
@@ -120,7 +124,7 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
     if let Some(r) = rate.filter(|r| one_kind && most(r) > TOO_FAST) {
         return Some(Told::Degrees(format!("its rate goes to {:.0}, which in rad/s no vehicle does", most(r))));
     }
-    // of two kinds there is but one way round
+    // ψ and r are of different kinds: the ratio tells which one is in degrees
     if let Some(k) = of_rate.filter(|k| ONE_KIND.contains(&(k * PI / 180.0))) {
         return Some(Told::Degrees(format!("it turns {k:.1} times the integral of r")));
     }
@@ -137,7 +141,7 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
     })
 }
 
-/// Whether a heading as radians would turn at a rate that no vehicle turns at.
+/// Whether a heading in radians would turn faster than any vehicle.
 fn turns_too_fast(psi: &Signal) -> bool {
     let (Some(from), Some(to)) = (psi.time().first(), psi.time().last()) else { return false };
     let steps = ((to - from) / STEP) as usize;
@@ -145,7 +149,8 @@ fn turns_too_fast(psi: &Signal) -> bool {
     (0..steps).any(|k| turn(k).abs() > TOO_FAST * STEP)
 }
 
-/// By how much the heading times `factor` turns too far for the way over x and y; `None` where that does not tell.
+/// Ratio of the turn of the heading times `factor` to the turn of the path over x and y; `None` if
+/// the path does not tell.
 fn turns_of_way(log: &LogFile, factor: f64) -> Option<f64> {
     let psi = log.signals.get("psi")?;
     let mut run = Run { signals: log.signals.clone(), ..Run::default() };
@@ -154,7 +159,8 @@ fn turns_of_way(log: &LogFile, factor: f64) -> Option<f64> {
     path::measure(&run, ["x", "y"]).filter(|path| !path.contradicted).map(|path| path.turns)
 }
 
-/// Takes a heading that goes far for one in degrees, with radians beside it: nothing decides.
+/// Sets degrees for a heading with large values of which nothing tells the unit, with radians as
+/// the alternative.
 fn doubt(logs: &mut [Understood], group: &[usize]) {
     let goes_far = |k: &usize| logs[*k].log.as_ref().map_or(0.0, |log| most(&log.signals["psi"]));
     let far = group.iter().map(goes_far).fold(0.0, f64::max);

@@ -1,10 +1,11 @@
-//! From a unit as it is written to one that the reader knows, with a factor where it knows none.
+//! Conversion of a unit as it is written to one that the reader knows, with a factor if the reader
+//! does not know it.
 
 use super::{meaning, words};
 use crate::log::columns::{self, Quantity};
 use crate::log::options::ColumnSource;
 
-/// Units that the reader does not know: quantity, name, unit that it knows, factor.
+/// Units that the reader does not know: quantity, name, unit that it knows instead, factor.
 const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Velocity, "km/h", "m/s", 1.0 / 3.6),
     (Quantity::Velocity, "ft/s", "m/s", 0.3048),
@@ -12,7 +13,7 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Position, "cm", "m", 1e-2),
     (Quantity::Position, "ft", "m", 0.3048),
     (Quantity::Position, "dm", "m", 0.1),
-    // of fresh water, 9 806.65 N/m3: in the sea it is a fortieth less
+    // of fresh water, 9 806.65 N/m3: in sea water the depth is 1/40 less
     (Quantity::Position, "Pa", "m", 1.0 / 9806.65),
     (Quantity::Position, "hPa", "m", 1e2 / 9806.65),
     (Quantity::Position, "mbar", "m", 1e2 / 9806.65),
@@ -25,7 +26,7 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Rate, "deg/min", "deg/s", 1.0 / 60.0),
     (Quantity::Angle, "mrad", "rad", 1e-3),
     (Quantity::Position, "km", "m", 1e3),
-    // of a force no unit is a knot
+    // for a force "kn" is not the knot
     (Quantity::Force, "kN", "N", 1e3),
     (Quantity::Force, "kn", "N", 1e3),
     (Quantity::Force, "mN", "N", 1e-3),
@@ -38,15 +39,15 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Command, "rad/s", "1", 60.0 / std::f64::consts::TAU),
 ];
 
-/// What is written for a unit and is none.
+/// Texts that stand for a unit and mean none.
 const NONE: [&str; 3] = ["-", "1", "%"];
 
-/// Whether a unit says that a command is a part of the full one.
+/// Whether a unit says that a command is a part of the full command.
 pub fn is_part(unit: &str) -> bool {
     NONE.contains(&unit)
 }
 
-/// The factor from a unit to one that the reader knows, and that one.
+/// The unit that the reader knows instead of this one, and the factor.
 fn other(quantity: Quantity, unit: &str) -> Option<(&'static str, f64)> {
     let found = OTHERS.iter().find(|(q, name, ..)| (*q, *name) == (quantity, unit))?;
     Some((found.2, found.3))
@@ -57,23 +58,24 @@ pub fn is_read(quantity: Quantity, unit: &str) -> bool {
     quantity.unit(unit).is_some() || other(quantity, unit).is_some()
 }
 
-/// Whether a word alone is a unit, of whatever is measured.
+/// Whether a word alone is a unit of any quantity.
 pub fn is_unit(word: &str) -> bool {
     use Quantity::{Angle, Command, Force, Moment, Position, Rate, Time, Velocity};
     let all = [Time, Position, Angle, Velocity, Rate, Force, Moment, Command];
-    // a single letter is spelled as it is: `v` is a velocity, `V` a volt
+    // case matters for a single letter: `v` is a velocity, `V` a volt
     let unit = if word.chars().count() == 1 { word.to_string() } else { words::spelled(word) };
     let unit = unit.trim_matches(['[', ']', '(', ')']);
     all.into_iter().any(|quantity| is_read(quantity, unit))
 }
 
-/// Turns a minute of one turn in this unit; those without a unit are turns a minute.
+/// Factor from this unit to turns a minute; 1 without a unit.
 pub fn turns_a_minute(unit: Option<&str>) -> f64 {
     unit.filter(|unit| *unit != "%").and_then(|unit| other(Quantity::Command, unit)).map_or(1.0, |(_, factor)| factor)
 }
 
-/// The unit in the brackets behind a name, where none of the quantities is read in it. Words that say where a column comes
-/// from are no units, and neither is the last word of a name: `yaw_m` may be the measured one.
+/// The unit in brackets after a name if none of the quantities can be read in it, else `None`.
+/// Words that say where a column comes from are no units, and neither is the last word of a name:
+/// the m of `yaw_m` may mean measured.
 pub fn unknown<'a>(quantities: &[Quantity], header: &str, unit: Option<&'a str>) -> Option<&'a str> {
     let stated = unit.filter(|_| header.trim_end().ends_with([']', ')']))?;
     let is_word = |word: &str| meaning::is_filler(&word.to_lowercase());
@@ -82,7 +84,7 @@ pub fn unknown<'a>(quantities: &[Quantity], header: &str, unit: Option<&'a str>)
     (!is_none && !quantities.is_empty() && !quantities.iter().any(known)).then_some(stated)
 }
 
-/// How to say of a column that is left out what its unit is.
+/// The remark on a column that is left out because its unit is not known.
 pub fn left_out(channel: &str, header: &str, unit: &str) -> String {
     let usual = columns::quantity(channel).and_then(|q| q.units().first()).map_or("", |u| u.name);
     format!(
@@ -91,13 +93,13 @@ pub fn left_out(channel: &str, header: &str, unit: &str) -> String {
     )
 }
 
-/// Where a channel stands, read in `unit`, and what there is to say of the unit.
+/// The column of a channel in `unit`, and the remark on the unit.
 pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (ColumnSource, String) {
     let mut source = ColumnSource { sign, ..ColumnSource::from(header) };
     let mut how = if sign < 0 { "; it counts upwards, so sign = -1".to_string() } else { String::new() };
     let Some(unit) = unit else { return (source, how) };
     let Some(quantity) = columns::quantity(channel) else {
-        // a further channel in a unit that some quantity is read in becomes SI too
+        // a channel without a quantity is converted to SI, too, if its unit is known
         if columns::split_header(header).1.is_none() && columns::any_unit(unit).is_some() {
             source.unit = Some(unit.to_string());
         }
@@ -130,7 +132,7 @@ pub fn as_written(channel: &str, source: Option<&ColumnSource>, value: f64) -> S
     let (times, over) = known.map_or((1.0, 1.0), |u| (u.times, u.over));
     let (scale, sign) = source.map_or((1.0, 1.0), |s| (s.scale, f64::from(s.sign)));
     let raw = value / scale * sign * over / times;
-    // nine digits: what conversions there and back have rounded is gone
+    // nine digits: removes the rounding errors of conversions there and back
     let short: f64 = format!("{raw:.8e}").parse().unwrap_or(raw);
     format!("{short}")
 }

@@ -1,4 +1,5 @@
-//! What names leave open, told by the values: degrees or radians, the unit and sign of a rate.
+//! Properties that names leave open, found from the values: degrees or radians, unit and sign of a
+//! rate.
 //!
 //! ```text
 //! k = Σ Δψ ∫r / Σ (∫r)²        k = 1: same units;  1/57.3: r in deg/s;  57.3: ψ in deg;  k < 0: other sign
@@ -16,14 +17,15 @@ use crate::log::{LogFile, check};
 use crate::navigation::unwrap;
 use crate::run::Signal;
 
-/// Steps over which a turn is held against its rate, s.
+/// Step over which a change of an angle is compared with the integral of its rate, s.
 pub(super) const STEP: f64 = 0.5;
-/// Above the surface by more than a sensor errs there, m of depth.
+/// Median of a depth column, m, below which it counts as a height: the error of a sensor at the
+/// surface is smaller.
 const SURFACED: f64 = -0.2;
-/// A rate in rad/s that no vehicle turns at.
+/// A rate in rad/s that no vehicle reaches.
 pub(super) const TOO_FAST: f64 = 6.0;
 
-/// Settles units and signs by the values.
+/// Sets units and signs by the values.
 pub fn settle(this: &mut Understood) {
     let Some(log) = this.log.clone() else { return };
     let given = this.given.clone();
@@ -33,12 +35,14 @@ pub fn settle(this: &mut Understood) {
     rates(this, &log, &open, &given);
 }
 
-/// Rows that the turn of a log by a counter is looked at over: long enough for a heading to show it.
+/// Numbers of rows over which the turn of a log with a row counter is compared: enough for a
+/// heading to show it.
 const ROWS: [f64; 3] = [10.0, 50.0, 200.0];
-/// How near a rate has to be to a whole number of hertz to be that.
+/// Relative deviation up to which a sample rate is rounded to a whole number of hertz.
 const WHOLE: f64 = 0.02;
 
-/// Where the time is a counter of rows: how much time one takes, by the heading and the yaw rate; whether it is found.
+/// Finds the time of a row from heading and yaw rate if the time is a counter of rows. Returns
+/// whether it was found.
 ///
 /// ```text
 /// dt = Σ Δψ ∫r / Σ (∫r)²        over rows in place of seconds
@@ -69,7 +73,7 @@ pub fn counter(this: &mut Understood) -> bool {
     true
 }
 
-/// How much time a row takes, s; `None` where heading and yaw rate do not tell.
+/// Time of a row, s; `None` if heading and yaw rate do not tell it.
 fn row(this: &Understood, log: &LogFile) -> Option<f64> {
     let (psi, r) = (log.signals.get("psi")?, log.signals.get("r")?);
     let turn = std::f64::consts::PI / 180.0;
@@ -78,15 +82,16 @@ fn row(this: &Understood, log: &LogFile) -> Option<f64> {
     ROWS.into_iter().find_map(|rows| ratio(psi, r, of_psi, rows)).map(|k| k.abs() / of_r)
 }
 
-/// Whether neither somebody nor the header says the unit of a channel, and none was found.
+/// Whether the unit of a channel is open: neither the user nor the header states it, and none was
+/// found.
 pub(super) fn unit_is_open(channel: &str, this: &Understood) -> bool {
     let header = this.options.columns.get(channel).map_or(channel, |s| s.name.as_str());
     let said = this.options.columns.get(channel).is_some_and(|s| s.unit.is_some());
     !this.given.columns.contains_key(channel) && !said && columns::split_header(header).1.is_none()
 }
 
-/// Where a column of one log was found to be in degrees, the column of the same name in another log is too: in a short
-/// or quiet log its values do not tell.
+/// Sets degrees for a column in all logs if a column of the same name was found to be in degrees in
+/// one: the values of a short or quiet log do not tell.
 pub fn agree(logs: &mut [Understood]) {
     let channels = Dof::ALL[3..].iter().flat_map(|dof| [dof.position(), dof.velocity()]);
     for channel in channels.chain(id::fins().map(|fin| fin.channel)) {
@@ -108,7 +113,7 @@ pub fn agree(logs: &mut [Understood]) {
 
 type Open<'a> = &'a dyn Fn(&str, &Understood) -> bool;
 
-/// Sets a unit of a column, with the reason.
+/// Sets the unit of a column, with the reason.
 pub(super) fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
     let source = this.options.columns.entry(channel.to_string()).or_insert_with(|| ColumnSource::from(channel));
     source.unit = Some(unit.to_string());
@@ -120,13 +125,13 @@ pub(super) fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
     this.guess(key, text);
 }
 
-/// Largest size of the values.
+/// Largest absolute value.
 pub(super) fn most(signal: &Signal) -> f64 {
     signal.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Degrees where roll or pitch goes beyond what radians can mean; the heading is told beforehand, with its rate
-/// ([`super::turning`]).
+/// Sets degrees if roll or pitch exceeds what radians can mean. The heading is decided before, with
+/// its rate ([`super::turning`]).
 fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     let mut found = this.options.columns.get("psi").is_some_and(|s| s.unit.as_deref() == Some("deg"));
     for name in [Dof::Roll, Dof::Pitch].map(Dof::position) {
@@ -136,7 +141,7 @@ fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
             found = true;
         }
     }
-    // angles of one log are written alike
+    // all angles of a log have the same unit
     for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter(|_| found) {
         if log.signals.contains_key(dof.position()) && open(dof.position(), this) {
             set(this, dof.position(), "deg", "the other angles of this log are");
@@ -144,7 +149,7 @@ fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     }
 }
 
-/// Degrees where a fin would stand across the flow and beyond.
+/// Sets degrees if a fin in radians would stand across the flow or beyond.
 fn deflections(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     for name in id::fins().map(|fin| fin.channel) {
         let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
@@ -154,13 +159,13 @@ fn deflections(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     }
 }
 
-/// Unit and sign of a rate by its angle, else its unit by its size.
+/// Sets unit and sign of a rate by its angle, else the unit by its size.
 fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOptions) {
     for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw] {
         let (rate, angle) = (dof.velocity(), dof.position());
         let Some(signal) = log.signals.get(rate).filter(|_| !given.columns.contains_key(rate)) else { continue };
         let degrees = this.options.columns.get(angle).is_some_and(|s| s.unit.as_deref() == Some("deg"));
-        // the log was read before the angle's unit was known
+        // the log was read before the unit of the angle was known
         let before = if degrees && !reads_degrees(log, angle) { std::f64::consts::PI / 180.0 } else { 1.0 };
         let related = log.signals.get(angle).and_then(|a| ratio(a, signal, before, STEP));
         match related {
@@ -189,12 +194,13 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
     }
 }
 
-/// Whether the values of the log were already turned to radians.
+/// Whether the values of the log have already been converted to radians.
 fn reads_degrees(log: &LogFile, angle: &str) -> bool {
     log.signals.get(angle).is_some_and(|s| most(s) < 10.0)
 }
 
-/// Σ Δψ ∫r / Σ (∫r)² over steps of time, where both move and agree.
+/// k = Σ Δψ ∫r / Σ (∫r)² over steps of time; `None` if there are few steps, or the two hardly move
+/// or correlate.
 pub(super) fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Option<f64> {
     let radians: Vec<f64> = angle.values().iter().map(|x| x * factor).collect();
     let unwrapped = Signal::new(angle.shared_time().clone(), unwrap(&radians));
@@ -210,11 +216,12 @@ pub(super) fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Op
     let pairs: Vec<(f64, f64)> = (0..steps).map(|k| (change(&unwrapped, k), change(&turned, k))).collect();
     let sum = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>();
     let (xy, xx, yy) = (sum(&|p| p.0 * p.1), sum(&|p| p.1 * p.1), sum(&|p| p.0 * p.0));
-    // below this correlation one says nothing of the other
+    // below this correlation one does not determine the other
     (pairs.len() >= 10 && xx > 0.0 && yy > 1e-4 && (xy * xy) > 0.8 * xx * yy).then(|| xy / xx)
 }
 
-/// A depth that is negative is a height, in all logs whose columns of it have one name: the most of their samples tell.
+/// Reverses the sign of a negative depth, which is a height, in all logs whose depth column has one
+/// name: the median of all their samples decides.
 pub fn depth(logs: &mut [Understood]) {
     let is_named = |source: &ColumnSource| source.sign > 0 && source.name.to_lowercase().contains("depth");
     let named = |log: &Understood| {

@@ -1,4 +1,5 @@
-//! A header taken apart: words and the unit written with them, `yaw_rate_deg_s` → yaw, rate; deg/s.
+//! Splitting of a header into words and the unit written with them: `yaw_rate_deg_s` → yaw, rate;
+//! deg/s.
 
 use crate::log::columns::split_header;
 
@@ -7,7 +8,7 @@ use crate::log::columns::split_header;
 pub struct Words {
     /// Words in lower case, numbers apart.
     pub words: Vec<String>,
-    /// Unit as written in brackets or as the last words; in the spelling of the reader where it knows the unit.
+    /// Unit in brackets or as the last words, in the reader's spelling if the reader knows it.
     pub unit: Option<String>,
 }
 
@@ -77,7 +78,7 @@ const TRAILING: &[(&[&str], &str)] = &[
 const SYMBOLS: &[(&str, &str)] =
     &[("pos", "n"), ("position", "n"), ("vel", "n"), ("velocity", "n"), ("v", "n"), ("tau", "n"), ("tau", "m")];
 
-/// Takes a header apart.
+/// Splits a header into words and unit.
 pub fn of(header: &str) -> Words {
     let (name, bracketed) = split_header(header);
     let round = header.trim().strip_suffix(')').and_then(|h| h.rsplit_once('('));
@@ -132,7 +133,7 @@ pub fn spelled(unit: &str) -> String {
         "n" | "newton" => "N",
         "nm" | "n*m" | "n.m" | "n·m" => "N*m",
         "knm" | "kn*m" | "kn.m" | "kn·m" => "kN*m",
-        // mega begins with another letter
+        // the case tells milli from mega
         "mnm" | "mn*m" | "mn.m" | "mn·m" if plain.starts_with('m') => "mN*m",
         "norm" | "normalized" | "normalised" => "1",
         "metre" | "meter" | "metres" | "meters" => "m",

@@ -1,9 +1,9 @@
-//! Covariance of a curve's coefficients: of each direction for itself, or of the joint problem.
+//! Covariance of a curve's coefficients: of each direction separately, or of the joint problem.
 
 use super::{DirectionFit, FitError, Side, regress};
 use crate::least_squares::LeastSquaresError;
 
-/// Covariance where each direction was found for itself.
+/// Covariance if each direction was fitted separately.
 pub(super) fn apart(sides: &[DirectionFit; 2]) -> [[f64; 6]; 6] {
     let mut covariance = [[0.0; 6]; 6];
     for (k, side) in sides.iter().enumerate() {
@@ -14,8 +14,8 @@ pub(super) fn apart(sides: &[DirectionFit; 2]) -> [[f64; 6]; 6] {
     covariance
 }
 
-/// Covariance of the joint problem: |F| linearised at the optimum in a, b of each direction, and in c and n where they
-/// are free.
+/// Covariance of the joint problem: |F| linearised at the optimum in a and b of each direction, and
+/// in c and n if they are free.
 pub(super) fn together(
     sides: [&Side; 2],
     fits: &[DirectionFit; 2],
@@ -48,7 +48,7 @@ pub(super) fn together(
                 }
             }
         }
-        // a table made by formula, met to the last bit
+        // a table computed by the formula: no residual
         Err(LeastSquaresError::NoVariance { .. }) => {}
         Err(_) => return Err(FitError::NotIdentifiable { direction: "forward and reverse" }),
     }
