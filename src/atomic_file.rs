@@ -1,23 +1,27 @@
-//! A file is there whole or not at all: it is written beside its place first, then put under its name.
+//! Atomic writing of files: a file is written under a temporary name beside its place, then
+//! renamed.
 //!
-//! A symbolic link stays a link: the file that it leads to is replaced, and keeps its permissions. What is no file (a
-//! device, a pipe) is written to as it is, and never replaced by a file.
+//! A symbolic link stays a link: its target file is replaced and keeps its permissions. A device or
+//! a pipe is written to directly and never replaced by a file.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 
-/// Most links that are followed to a file that is not there yet, as many as Linux follows.
+/// Maximum number of links that are followed to a file that does not exist yet, as in Linux.
 const MOST_LINKS: usize = 40;
 
-/// Makes the file at `path` of what `fill` writes; what was there is replaced when all of it is written, not before.
+/// Writes the file at `path` with the content from `fill`; an existing file is replaced only after
+/// all is written.
 ///
 /// # Errors
-/// Those of the system and of `fill`; then nothing is left, and what was there stays.
+/// Those of the system and of `fill`; then the temporary file is removed and the existing file
+/// stays.
 pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let there = fs::metadata(path).ok();
-    // opened by its own name: the link of a process to its pipe (/dev/stdout, a shell's >(…)) leads to no path
+    // opened by its own name: the link of a process to its pipe (/dev/stdout, a shell's >(…)) leads
+    // to no path
     if there.as_ref().is_some_and(|there| !there.is_file()) {
         let mut file = BufWriter::new(OpenOptions::new().write(true).open(path)?);
         fill(&mut file)?;
@@ -38,22 +42,23 @@ pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resu
     fs::rename(&beside.0, path)
 }
 
-/// A file on its way to its name. What does not arrive, be it that the work was stopped, is of no use to anybody.
+/// A temporary file. It is removed if it does not get its final name, for example because the work
+/// was stopped.
 struct Beside(PathBuf);
 
 impl Drop for Beside {
     fn drop(&mut self) {
-        // nothing is there any more where it has its name
+        // after the rename there is no file to remove
         let _ = fs::remove_file(&self.0);
     }
 }
 
-/// Where links at `path` lead, whether there is a file or not.
+/// The target of the links at `path`, whether the file exists or not.
 fn destination(path: &Path) -> Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         match fs::read_link(&path) {
-            // an absolute target takes the place of the folder
+            // an absolute target replaces the folder
             Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),
             Err(_) => return Ok(path),
         }

@@ -8,12 +8,12 @@
 //! log = sensors(ν, η)
 //! ```
 //!
-//! The whole momentum, including that of the dry vehicle, is counted in the frame that moves with
-//! the water: see [`effects::current`](crate::effects) for the reason why no mass of the rigid body
-//! alone is needed.
+//! The whole momentum, including that of the dry vehicle, is computed in the frame that moves with
+//! the water: [`effects::current`](crate::effects) explains why the mass of the rigid body alone is
+//! not needed.
 //!
-//! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile
-//! the parts that they need.
+//! The formulas are assembled once, here; the simulator, its sensitivities and the regressor
+//! compile what they need.
 
 mod accelerate;
 mod attitude;
@@ -34,8 +34,8 @@ pub use attitude::{Attitude, turns_freely};
 pub use nature::{Nature, nature, nature_at};
 pub use touched::{acts_in, alters, delays_thrust, follows, memory_count, reads_time};
 
-/// Identity of a state of the simulation. Its [`Leaf::State`] index is fixed: ν, then η, then
-/// memory. The components of a quaternion have the indices 9 to 12, in place of the angles.
+/// Kind of a simulated state. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The
+/// components of a quaternion have the indices 9 to 12, in place of the angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StateId {
     /// Velocity or rate in a degree of freedom.
@@ -54,7 +54,7 @@ pub enum StateId {
 }
 
 impl StateId {
-    /// Name of the log's column with it; `None` for memory and the quaternion.
+    /// Name of the log column of the state; `None` for memory and the quaternion.
     pub fn channel(self) -> Option<&'static str> {
         match self {
             StateId::Velocity(dof) => Some(dof.velocity()),
@@ -64,17 +64,17 @@ impl StateId {
     }
 }
 
-/// Index of the leaf of the first component of a quaternion, and of the first memory.
+/// Leaf index of the first component of a quaternion, and of the first memory state.
 const FIRST_COMPONENT: usize = 9;
 const FIRST_MEMORY: usize = 13;
 
-/// The data that the equations may read, besides the model.
+/// Channels and options of the equations, besides the model.
 #[derive(Debug, Clone, Default)]
 pub struct Available {
     /// Channels that every run has.
     pub channels: BTreeSet<String>,
-    /// Whether the position (x, y, z) is simulated, as for an independently measured one; else it
-    /// is read from the log.
+    /// Whether the position (x, y, z) is simulated, as is done when it is measured independently;
+    /// otherwise it is read from the log.
     pub position: bool,
     /// Whether velocities and positions are all read from the log, so that only memory is simulated.
     pub from_log: bool,
@@ -87,12 +87,12 @@ pub struct Available {
 pub struct Equations<'g> {
     /// Simulated states, each with its leaf, its time derivative and, for memory, its quasi-steady value.
     pub states: Vec<State<'g>>,
-    /// The logged values by name of the column: the simulated states, and the observed functions of
-    /// them.
+    /// Predictions of the sensors, by column name: the simulated states, and the observed functions
+    /// of them.
     pub logged: Vec<(String, Expr<'g>)>,
     /// π(ν_r), kg·m/s and kg·m²/s.
     pub momentum: Six<'g>,
-    /// w + τ: the total force that changes the momentum, N and N·m.
+    /// w + τ: the total force on the vehicle, which changes the momentum, N and N·m.
     pub force: Six<'g>,
     /// Terms that move the water, by their index.
     pub waters: Vec<usize>,
@@ -105,7 +105,7 @@ pub struct Equations<'g> {
 /// One simulated state.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'g> {
-    /// Its identity.
+    /// Its kind.
     pub id: StateId,
     /// Its leaf.
     pub leaf: Leaf,
@@ -115,7 +115,7 @@ pub struct State<'g> {
     pub start: Option<Expr<'g>>,
 }
 
-/// Registers channels when they are first read.
+/// Registers channels at their first use.
 struct Inputs<'g, 'a> {
     graph: &'g Graph,
     available: &'a Available,
@@ -131,7 +131,7 @@ impl<'g> Inputs<'g, '_> {
         }) as u16
     }
 
-    /// The channel's leaf; 0 if the log does not have the channel.
+    /// The channel's leaf; 0 if the log has no such channel.
     fn read(&mut self, name: &str, dimension: Dimension) -> Expr<'g> {
         if !self.available.channels.contains(name) {
             return self.graph.zero();
@@ -278,8 +278,8 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     Equations { states, logged, waters, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
-/// The logged nominal forces, also of degrees of freedom that are not modelled; delayed by the
-/// parameter `delay`, if there is one.
+/// The nominal forces in the log, including those of degrees of freedom that are not modelled,
+/// delayed by the parameter `delay` if there is one.
 fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
     Dof::ALL.map(|dof| {
         if !inputs.available.channels.contains(dof.force()) {
@@ -294,8 +294,8 @@ fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usi
     })
 }
 
-/// Sets ν_r = ν − Rᵀ V, with the sum V of all water velocities, in the directions in which ν is
-/// simulated or logged, and ν = ν_r + Rᵀ V where the log has the velocity through the water.
+/// Computes ν_r = ν − Rᵀ V for the sum of the velocities of all waters, in the directions in which
+/// ν is simulated or logged; ν = ν_r + Rᵀ V if the log contains the velocity through the water.
 /// Returns the terms that move the water.
 fn through_the_water<'g>(
     at: &mut Instant<'g>,
@@ -320,7 +320,7 @@ fn through_the_water<'g>(
     moving
 }
 
-/// The force that reaches the water.
+/// The effective force: the command after all actuators.
 fn actuate<'g>(
     at: &Instant<'g>,
     model: &Model,
@@ -331,8 +331,8 @@ fn actuate<'g>(
 ) -> Six<'g> {
     let mut tau = at.command;
     let mut at = at.clone();
-    // first effects that delay the command, which act on the command itself; then single thrusters,
-    // whose forces are part of the command; then effects on the force
+    // effects that delay the command act on the command itself, so they come first; then single
+    // thrusters, whose forces are the command; then effects on the force
     let order = |term: &Term| match term.effect.about().scope {
         _ if term.effect.delays_command().is_some() => 0,
         Scope::Thrusters => 1,
@@ -376,8 +376,8 @@ fn late_thrusters<'g>(
     }
 }
 
-/// The memory of a term: registers its states, or reads them from channels, and returns their
-/// symbols. Actuators are called with the force at their input, all other terms afterwards.
+/// The memory of a term: creates its states at the first call and returns their leaves. Actuators
+/// are called with the force that reaches them, all other effects afterwards.
 fn remember<'g>(
     at: &Instant<'g>,
     model: &Model,

@@ -1,8 +1,9 @@
-//! A model compiled for numbers: rates of the states, what sensors log, and the Jacobians of both.
+//! A model compiled for numerical evaluation: rates of the states, predictions of the sensors, and
+//! the Jacobians of both.
 //!
 //! ```text
 //! ẋ = f(x, θ, inputs)      y = h(x, θ, inputs)
-//! A = ∂f/∂x, B = ∂f/∂θ, C = ∂h/∂x, D = ∂h/∂θ      by symbolic differentiation; only entries that are not 0 are kept
+//! A = ∂f/∂x, B = ∂f/∂θ, C = ∂h/∂x, D = ∂h/∂θ      by symbolic differentiation; only nonzero entries are kept
 //! ```
 
 use std::collections::BTreeSet;
@@ -28,39 +29,40 @@ pub struct Functions {
     pub plan: Plan,
     /// Number of functions.
     pub count: usize,
-    /// Entries of the Jacobian by the states.
+    /// Entries of the Jacobian with respect to the states.
     pub by_state: Vec<Entry>,
-    /// Entries of the Jacobian by the directions.
+    /// Entries of the Jacobian with respect to the directions.
     pub by_parameter: Vec<Entry>,
-    /// For each leaf of the plan, where its value comes from: all states, all inputs, then what else is read.
+    /// Source of each leaf of the plan: all states, all inputs, then the other leaves that are
+    /// read.
     pub sources: Vec<Source>,
 }
 
-/// Where the value of a leaf comes from.
+/// Source of the value of a leaf.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// State of this index in [`Dynamics::states`].
+    /// State with this index in [`Dynamics::states`].
     State(usize),
-    /// Parameter of this index in the model.
+    /// Parameter with this index in the model.
     Parameter(usize),
-    /// Slot of this index in [`Dynamics::inputs`].
+    /// Slot with this index in [`Dynamics::inputs`].
     Input(usize),
 }
 
 /// A compiled model.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
-    /// What each state is.
+    /// Kind of each state.
     pub states: Vec<StateId>,
     /// Names of the logged channels that the model predicts, in the order of `observation`.
     pub outputs: Vec<String>,
-    /// Their units, in the same order; empty where a formula of the user does not say it.
+    /// Their units, in the same order; empty if a formula of the user does not determine it.
     pub units: Vec<String>,
-    /// Model parameters by which the Jacobians are taken.
+    /// Model parameters with respect to which the Jacobians are computed.
     pub directions: Vec<usize>,
     /// Rates of the states.
     pub rates: Functions,
-    /// What sensors log.
+    /// Predictions of the sensors.
     pub observation: Functions,
     /// Quasi-steady values of the memory states, which come last in `states`.
     pub start: Functions,
@@ -71,8 +73,9 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Compiles a model whose runs have the channels `available` and log the channels `observed`; Jacobians are taken
-    /// by the states and by the model parameters `directions` (none: simulation only, without Jacobians).
+    /// Compiles a model whose runs have the channels `available` and log the channels `observed`.
+    /// Jacobians are with respect to the states and the model parameters `directions` (none:
+    /// simulation only, without Jacobians).
     pub fn compile(
         model: &Model,
         available: &Available,
@@ -82,7 +85,8 @@ impl Dynamics {
         Dynamics::build(model, available, observed, directions, !directions.is_empty())
     }
 
-    /// [`Dynamics::compile`] with Jacobians by the states even where there are no directions.
+    /// [`Dynamics::compile`] with Jacobians with respect to the states even if there are no
+    /// directions.
     pub fn sensitive(
         model: &Model,
         available: &Available,
@@ -103,7 +107,7 @@ impl Dynamics {
         let equations = assemble(&graph, model, available);
         let logged: Vec<_> = equations.logged.iter().filter(|(name, _)| observed.contains(name)).collect();
 
-        // a position that nobody observes and nothing reads is not integrated
+        // a position that is neither observed nor read is not integrated
         let mut needed: BTreeSet<Leaf> = logged.iter().flat_map(|(_, e)| e.leaves()).collect();
         let always = |id: StateId| !matches!(id, StateId::Position(_) | StateId::Quaternion(_));
         needed.extend(equations.states.iter().filter(|s| always(s.id)).map(|s| s.leaf));
@@ -162,7 +166,8 @@ impl Dynamics {
         self.states.iter().filter_map(|id| velocity(*id)).collect()
     }
 
-    /// Model parameters that are delays of inputs: when they change, the inputs have to be read anew.
+    /// Model parameters that are delays of inputs: if they change, the inputs have to be read
+    /// again.
     pub fn delays(&self) -> BTreeSet<usize> {
         let delay = |leaf: &Leaf| match leaf {
             Leaf::Delayed { delay, .. } | Leaf::DelayedRate { delay, .. } => Some(usize::from(*delay)),
@@ -171,7 +176,7 @@ impl Dynamics {
         self.inputs.iter().filter_map(|(leaf, _)| delay(leaf)).collect()
     }
 
-    /// Index of the first of the four states of the attitude quaternion, where it is carried so.
+    /// Index of the first of the four states of the attitude quaternion, if there is one.
     pub fn quaternion(&self) -> Option<usize> {
         self.states.iter().position(|id| matches!(id, StateId::Quaternion(_)))
     }
@@ -199,7 +204,7 @@ struct Formulas<'g> {
 }
 
 impl<'g> Formulas<'g> {
-    /// `jacobians`: the states and the parameters by which they are taken.
+    /// `jacobians`: the states and the parameters with respect to which they are computed.
     fn of(formulas: &[Expr<'g>], jacobians: Option<(&[Leaf], &[Leaf])>) -> Formulas<'g> {
         let mut all = formulas.to_vec();
         let mut entries = |by: &[Leaf]| {
@@ -221,7 +226,7 @@ impl<'g> Formulas<'g> {
         Formulas { all, count: formulas.len(), by_state, by_parameter }
     }
 
-    /// What they read, sorted.
+    /// The leaves that they read, sorted.
     fn leaves(&self) -> BTreeSet<Leaf> {
         self.all.iter().flat_map(|e| e.leaves()).collect()
     }

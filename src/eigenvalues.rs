@@ -1,20 +1,23 @@
-//! Eigenvalues of a general matrix, by a search that ends.
+//! Eigenvalues of a general matrix, by an iteration with a limited number of steps.
 //!
 //! ```text
 //! A v = λ v
 //! ```
 //!
-//! The search for a Schur form with no end to its steps goes round for ever on some matrices, one in some millions.
+//! Without a limit the iteration for the Schur form never ends for some matrices, about one in a
+//! few million.
 
 use nalgebra::{Complex, DMatrix, Schur};
 
-/// Steps of the search for each row: two or three are usual.
+/// Maximum number of steps per row: two or three are usual.
 const STEPS: usize = 100;
 
-/// What counts as nothing below the diagonal, beside its neighbours there: rounding, or else a part in 10¹⁰.
+/// Size below which an element below the diagonal counts as zero, relative to its neighbours:
+/// rounding, and if that fails 10⁻¹⁰.
 const NOTHING: [f64; 2] = [f64::EPSILON, 1e-10];
 
-/// The eigenvalues of a square matrix; `None` of one with what is no number, and where the search finds none.
+/// The eigenvalues of a square matrix; `None` if an element is not finite or the iteration does not
+/// converge.
 pub fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     if matrix.is_empty() {
         return Some(Vec::new());
@@ -30,7 +33,7 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 mod tests {
     use super::*;
 
-    /// A turn by a right angle at 2 rad/s that dies out by 1 1/s, and a decay of 3 1/s.
+    /// A rotation at 2 rad/s that decays at 1 1/s, and a decay at 3 1/s.
     #[test]
     fn a_turn_has_two_that_are_conjugate() {
         let matrix = DMatrix::from_row_slice(3, 3, &[-1.0, -2.0, 0.0, 2.0, -1.0, 0.0, 0.0, 0.0, -3.0]);

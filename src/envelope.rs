@@ -5,8 +5,9 @@
 //! KC = U_m T / L_c
 //! ```
 //!
-//! Speeds and rates (m/s, rad/s), roll and pitch (rad), forces that act (N, N·m) and Keulegan-Carpenter numbers of
-//! the runs of a fit. Beyond them the model extrapolates, and [`beyond`] warns the user.
+//! Speeds and rates (m/s, rad/s), roll and pitch (rad), effective forces (N, N·m) and
+//! Keulegan-Carpenter numbers of the runs of a fit. Outside these ranges the model extrapolates,
+//! and [`beyond`] warns the user.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,11 +38,12 @@ pub const OTHER_AMPLITUDE: Code = Code {
 /// All codes of this module, for `hydrosysid explain`.
 pub const ALL: &[Code] = &[OUT_OF_ENVELOPE, OTHER_AMPLITUDE];
 
-/// Share of its width, or of its greatest absolute value, by which a run may leave the envelope before a finding.
+/// Share of its width, or of its greatest absolute value, by which a run may leave the envelope
+/// before a finding.
 const MARGIN: f64 = 0.1;
 
-/// Ratio by which a Keulegan-Carpenter number may lie outside before a finding. In table 5 of Avila et al. (2013) C_m
-/// doubles over a ratio of about 5 in KC.
+/// Ratio by which a Keulegan-Carpenter number may lie outside before a finding. In table 5 of Avila
+/// et al. (2013) C_m doubles over a ratio of about 5 in KC.
 pub const KC_RATIO: f64 = 2.0;
 
 /// Channels of an envelope, of all degrees of freedom.
@@ -93,7 +95,8 @@ pub fn beyond(run: &Run, envelope: &Envelope) -> Vec<Finding> {
     findings
 }
 
-/// Finding for a run that oscillates at another amplitude than the runs of the fit; `None` if it does not oscillate.
+/// Finding for a run that oscillates at another amplitude than the runs of the fit; `None` if it
+/// does not oscillate.
 fn amplitude(run: &Run, dof: Dof, values: &[f64], low: f64, high: f64) -> Option<Finding> {
     let number = values.first().copied().filter(|kc| *kc > 0.0 && high > 0.0)?;
     // a run of the fit that does not oscillate has KC = 0

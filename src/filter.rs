@@ -1,16 +1,19 @@
-//! The polynomial filter: local least squares, for the value and its first derivative, on uneven time too.
+//! The polynomial filter: local least squares for the value and the first derivative, also on
+//! uneven time.
 //!
-//! Through the samples of a window around tₖ the polynomial of degree d is fitted that leaves the least squares;
-//! the filtered value is the polynomial at tₖ, the derivative its slope there. Both are linear in the samples,
-//! x̂ₖ = Σ wⱼ xⱼ, and the weights follow from polynomials orthogonal on the window's own times,
+//! The polynomial of degree d is fitted by least squares to the samples of a window around tₖ; the
+//! filtered value is the polynomial at tₖ, the derivative its slope there. Both are linear in the
+//! samples, x̂ₖ = Σ wⱼ xⱼ, and the weights follow from polynomials orthogonal on the window's own
+//! times,
 //!
 //! ```text
 //! wⱼ = Σᵢ pᵢ(0) pᵢ(sⱼ) / ‖pᵢ‖²,   wⱼ' = Σᵢ pᵢ'(0) pᵢ(sⱼ) / ‖pᵢ‖² / h,   sⱼ = (tⱼ − tₖ)/h
 //! ```
 //!
-//! so nothing is inverted and time is scaled by the window's half-width h (s). On even spacing this is the filter of
-//! Savitzky and Golay, *Analytical Chemistry* 36 (1964) 1627; the recurrence is Forsythe's, *J. SIAM* 5 (1957) 74.
-//! At the ends of a run, and at each gap, the window keeps its width and becomes one-sided.
+//! so no matrix is inverted, and time is scaled by the window's half-width h (s). On even spacing
+//! this is the filter of Savitzky and Golay, *Analytical Chemistry* 36 (1964) 1627; the recurrence
+//! is Forsythe's, *J. SIAM* 5 (1957) 74. At the ends of a run, and at each gap, the window keeps
+//! its width and becomes one-sided.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -18,16 +21,16 @@ use thiserror::Error;
 use crate::progress;
 use crate::run::{Signal, rounding};
 
-/// Samples after which the filter asks whether it is still wanted.
+/// Number of samples after which the filter checks whether the work was stopped.
 const SAMPLES_A_LOOK: usize = 4096;
 
-/// How far the window of a filter reaches.
+/// Width of the window of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Window {
     /// An odd number of samples.
     Samples(usize),
-    /// A width in seconds; the number of samples in it may differ from place to place.
+    /// A width in seconds; the number of samples in it may vary.
     Seconds(f64),
 }
 
@@ -50,32 +53,32 @@ pub struct Filtered {
     pub derivative: Signal,
 }
 
-/// A filter that cannot be applied.
+/// Error of a filter.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FilterError {
-    /// A symmetric window holds an odd number of samples.
+    /// A symmetric window must contain an odd number of samples.
     #[error("a filter window of {samples} samples: the number must be odd")]
     EvenWindow {
-        /// The number asked for.
+        /// The requested number.
         samples: usize,
     },
-    /// A window in seconds is a positive number.
+    /// A window in seconds must be a positive number.
     #[error("a filter window of {seconds} s: must be a positive number of seconds")]
     BadWidth {
-        /// The width asked for, s.
+        /// The requested width, s.
         seconds: f64,
     },
     /// The window does not determine the polynomial.
     #[error("a filter window of {samples} samples at t = {time} s: a polynomial of degree {degree} needs at least {}", degree + 1)]
     TooFewSamples {
-        /// Time stamp of the sample that was to be filtered, s.
+        /// Time stamp of the sample to be filtered, s.
         time: f64,
-        /// Samples in its window.
+        /// Number of samples in its window.
         samples: usize,
-        /// Degree asked for.
+        /// Requested degree.
         degree: usize,
     },
-    /// Time stands still or runs back.
+    /// Time does not increase.
     #[error("a time stamp does not increase at t = {time} s: a filter needs strictly increasing time")]
     TimeNotIncreasing {
         /// The second of the two stamps, s.
@@ -90,11 +93,12 @@ struct Weights {
 }
 
 impl Weights {
-    /// For the point `at` among the window's times (s), which are strictly increasing and more than `degree`.
+    /// Weights for the point `at` among the window's times (s), which are strictly increasing and
+    /// more than `degree`.
     fn new(times: &[f64], at: f64, degree: usize) -> Weights {
         let n = times.len();
         let h = times.iter().map(|t| (t - at).abs()).fold(0.0, f64::max);
-        // A single sample has no width; any scale will do.
+        // A single sample has no width: any scale will do.
         let h = if h > 0.0 { h } else { 1.0 };
         let s: Vec<f64> = times.iter().map(|t| (t - at) / h).collect();
         let (mut value, mut derivative) = (vec![0.0; n], vec![0.0; n]);
@@ -125,7 +129,7 @@ fn dot(weights: &[f64], values: &[f64]) -> f64 {
     weights.iter().zip(values).map(|(w, x)| w * x).sum()
 }
 
-/// Whether spacing is even to the rounding of printed time stamps.
+/// Whether the spacing is even, apart from the rounding of printed time stamps.
 fn is_even(times: &[f64]) -> bool {
     let n = times.len();
     if n < 2 {
@@ -139,11 +143,12 @@ fn is_even(times: &[f64]) -> bool {
 impl PolynomialFilter {
     /// Filters a signal; no window reaches across a gap.
     ///
-    /// `gaps` are the time stamps (s) at which a gap ends, as in [`crate::run::Run::gaps`]. A stretch between gaps
-    /// that is shorter than the window is fitted as a whole.
+    /// `gaps` are the time stamps (s) at which a gap ends, as in [`crate::run::Run::gaps`]. A
+    /// stretch between gaps that is shorter than the window is fitted as a whole.
     ///
     /// # Errors
-    /// A window that is even, not positive, or holds too few samples for the degree anywhere; time not increasing.
+    /// A window that is even, not positive, or holds too few samples for the degree anywhere; time
+    /// not increasing.
     pub fn apply(&self, signal: &Signal, gaps: &[f64]) -> Result<Filtered, FilterError> {
         self.check(signal)?;
         let (time, x) = (signal.time(), signal.values());
@@ -186,8 +191,8 @@ impl PolynomialFilter {
         derivative: &mut Vec<f64>,
     ) -> Result<(), FilterError> {
         let even = is_even(t);
-        // On even time the weights depend only on the window's length and the place in it, which stay the same
-        // all through the middle of the stretch.
+        // On even time the weights depend only on the window's length and the position in it, which
+        // are constant in the middle of the stretch.
         let mut kept: Option<(usize, usize, Weights)> = None;
         for k in 0..t.len() {
             if k.is_multiple_of(SAMPLES_A_LOOK) {
@@ -208,7 +213,7 @@ impl PolynomialFilter {
         Ok(())
     }
 
-    /// First and past-the-end sample of the window of sample k.
+    /// First sample of the window of sample k, and the one after its last.
     fn reach(&self, t: &[f64], k: usize) -> (usize, usize) {
         let n = t.len();
         match self.window {
@@ -218,7 +223,8 @@ impl PolynomialFilter {
                 (from, from + samples)
             }
             Window::Seconds(width) => {
-                // A hair wider, so that a sample on the edge is in whichever way its stamp was rounded.
+                // Slightly wider, so that a sample on the edge is inside however its stamp was
+                // rounded.
                 let width = width * (1.0 + 1e-9);
                 let begin = (t[k] - width / 2.0).min(t[n - 1] - width).max(t[0]);
                 let end = (t[k] + width / 2.0).max(t[0] + width);
@@ -270,13 +276,14 @@ mod tests {
 
     #[test]
     fn law_high_degree_stays_well_conditioned_far_from_zero_time() {
-        // time since 1970: without local scaled time a polynomial of degree 8 is lost
+        // time since 1970: without local scaled time a polynomial of degree 8 has no accuracy
         let time: Vec<f64> = uneven(81).iter().map(|t| 1.7e9 + t).collect();
         let x: Vec<f64> = time.iter().map(|t| (t - 1.7e9 - 4.0) / 4.0).map(|s| s.powi(8) - s).collect();
         let out = filter(Window::Samples(31), 8).apply(&Signal::new(time.into(), x.clone()), &[]).unwrap();
         let worst = out.value.values().iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // a stamp near 1.7e9 s is rounded to 2.4e-7 s and the slope reaches 2 /s, but filter and signal share the
-        // rounded stamps: what is left is rounding amplified by one-sided weights
+        // a stamp near 1.7e9 s is rounded to 2.4e-7 s and the slope reaches 2 /s, but filter and
+        // signal share the rounded stamps: the remaining error is rounding amplified by one-sided
+        // weights
         assert!(worst < 1e-9, "{worst}");
     }
 

@@ -1,21 +1,21 @@
-//! A finding: one thing the crate has to say about the data, as a warning or as an error.
+//! A finding: one statement of the crate about the data, as a note, a warning or an error.
 //!
-//! The same everywhere, in `warnings` and `errors` of every result:
-//! `{"code", "kind", "severity", "message", "file", "line", "column", "run"}`, keys that do not apply absent.
-//! A [`Code`] is the stable name of a kind of finding with one line on what it means; each room keeps its own list,
-//! and `hydrosysid explain CODE` looks a code up in all of them.
+//! It has the same form everywhere, in `warnings` and `errors` of every result:
+//! `{"code", "kind", "severity", "message", "file", "line", "column", "run"}`, without keys that do
+//! not apply. A [`Code`] is the stable name of a kind of finding with one line on its meaning; each
+//! module keeps its own list, and `hydrosysid explain CODE` looks a code up in all of them.
 
 use std::ops::Range;
 
 use serde::Serialize;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Worth knowing; nothing is wrong.
+    /// For information; nothing is wrong.
     Note,
-    /// The work was done; the result may not mean what it seems to.
+    /// The work was done, but the result may not mean what it seems to.
     Warning,
     /// The work was not done.
     Error,
@@ -24,18 +24,18 @@ pub enum Severity {
 /// A kind of finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Code {
-    /// Stable short name: the room's letter and three digits, `L012`.
+    /// Stable short name: the module's letter and three digits, `L012`.
     pub code: &'static str,
     /// Kind in words, `time-not-increasing`. Several codes may share one kind.
     pub kind: &'static str,
-    /// How bad.
+    /// Its severity.
     pub severity: Severity,
-    /// What it means and what to do, in one line.
+    /// Its meaning and what to do, in one line.
     pub meaning: &'static str,
 }
 
-/// The codes of a room: one constant a line, its meaning as documentation, and all of them as `ALL`, which
-/// `hydrosysid explain` reads.
+/// Defines the codes of a module: one constant per line, with its meaning as documentation, and all
+/// of them as `ALL`, which `hydrosysid explain` reads.
 ///
 /// ```text
 /// NAME = "L012" "kind-in-words" Warning "What it means and what to do.";
@@ -51,22 +51,22 @@ macro_rules! codes {
             severity: $crate::finding::Severity::$severity,
             meaning: $meaning,
         };)*
-        /// All codes of this room, for `hydrosysid explain`.
+        /// All codes of this module, for `hydrosysid explain`.
         pub const ALL: &[$crate::finding::Code] = &[$($name),*];
     };
 }
 pub(crate) use codes;
 
-/// One thing found, and where.
+/// One finding with its place.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// Stable code, `L012`.
     pub code: &'static str,
     /// Kind in words, `time-not-increasing`.
     pub kind: &'static str,
-    /// How bad.
+    /// Its severity.
     pub severity: Severity,
-    /// One or two sentences that stand alone: they name file, line and column themselves.
+    /// One or two self-contained sentences, which name file, line and column.
     pub message: String,
     /// File, as the user gave it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,27 +80,27 @@ pub struct Finding {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<String>,
-    /// The line, where it was at hand when this was found: nothing is read twice to show it.
+    /// The line, if it was available when the finding was made: no file is read again to show it.
     #[serde(skip)]
     pub quote: Option<Quote>,
 }
 
-/// A line of a file, or of a long one what is around the place that is meant, and this place.
+/// A line of a file, or the part of a long one around the marked place, with this place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quote {
     /// The text, at most [`Quote::WIDTH`] characters, none of them a control character.
     pub text: String,
-    /// First character that is meant, from 0.
+    /// First marked character, from 0.
     pub start: usize,
-    /// Number of characters that are meant, at least 1.
+    /// Number of marked characters, at least 1.
     pub length: usize,
 }
 
 impl Quote {
-    /// Most characters that are shown.
+    /// Maximum number of characters that are shown.
     pub const WIDTH: usize = 100;
 
-    /// `line` with the bytes `marked` meant.
+    /// The quote of `line` in which the bytes `marked` are marked.
     pub fn new(line: &[u8], marked: Range<usize>) -> Quote {
         // a character has at most four bytes
         let near = |from: usize| line.len().min(from + 4 * Quote::WIDTH);
@@ -120,7 +120,7 @@ impl Quote {
 }
 
 impl Finding {
-    /// A finding that belongs to no place.
+    /// A finding without a place.
     pub fn new(code: &Code, message: impl Into<String>) -> Finding {
         Finding {
             code: code.code,
@@ -135,7 +135,8 @@ impl Finding {
         }
     }
 
-    /// A finding in a file; `text` says what, the place is put before it: `dive.csv, line 8, column u: …`.
+    /// A finding in a file; the message is the place followed by `text`:
+    /// `dive.csv, line 8, column u: …`.
     pub fn at(code: &Code, file: &str, line: Option<u64>, column: Option<&str>, text: &str) -> Finding {
         let mut message = file.to_string();
         if let Some(line) = line {
@@ -152,14 +153,14 @@ impl Finding {
         }
     }
 
-    /// The same finding with its line.
+    /// The finding with its line.
     #[must_use]
     pub fn quoting(mut self, quote: Option<Quote>) -> Finding {
         self.quote = quote;
         self
     }
 
-    /// The same finding, of this run.
+    /// The finding with the name of its run.
     #[must_use]
     pub fn of_run(mut self, run: &str) -> Finding {
         self.run = Some(run.to_string());

@@ -1,9 +1,9 @@
 //! Degrees of freedom, frames and attitude.
 //!
 //! Body axes are forward, starboard, down; earth axes are north, east, down (SNAME 1950, Fossen 2011).
-//! The velocity ν = (u, v, w, p, q, r) is in body axes, the position η = (x, y, z, φ, θ, ψ) in earth axes, with
-//! roll φ, pitch θ and yaw ψ the z-y-x Euler angles: `R(φ, θ, ψ)` turns a vector from body to earth axes,
-//! v_earth = R v_body.
+//! The velocity ν = (u, v, w, p, q, r) is in body axes, the position η = (x, y, z, φ, θ, ψ) in
+//! earth axes, with roll φ, pitch θ and yaw ψ the z-y-x Euler angles: `R(φ, θ, ψ)` turns a vector
+//! from body to earth axes, v_earth = R v_body.
 
 use std::sync::Arc;
 
@@ -83,13 +83,13 @@ impl std::fmt::Display for Dof {
     }
 }
 
-/// What a simulation is held against: the velocity in a degree of freedom, or a logged function of the states.
-/// Spelled as the degree of freedom, or as the channel.
+/// The measured quantity with which a simulation is compared: the velocity in a degree of freedom,
+/// or a logged function of the states. Written as the name of the degree of freedom or the channel.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Measured {
     /// Velocity or rate in a degree of freedom.
     Velocity(Dof),
-    /// Channel of the log that holds a function of the states.
+    /// Log channel with a function of the states.
     Function(Arc<str>),
 }
 
@@ -110,7 +110,8 @@ impl Measured {
         }
     }
 
-    /// The degree of freedom whose velocity, position or angle it is; `None` for another function of the states.
+    /// The degree of freedom whose velocity, position or angle this is; `None` for another function
+    /// of the states.
     pub fn along(&self) -> Option<Dof> {
         self.dof().or_else(|| Dof::ALL.into_iter().find(|dof| dof.position() == self.channel()))
     }

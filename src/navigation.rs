@@ -1,4 +1,5 @@
-//! Attitude: z-y-x Euler angles and unit quaternions, R = R_z(ψ) R_y(θ) R_x(φ) from body to earth axes; angles in rad.
+//! Attitude: z-y-x Euler angles and unit quaternions, R = R_z(ψ) R_y(θ) R_x(φ) from body to earth
+//! axes; angles in rad.
 //!
 //! Source: Fossen, *Handbook of Marine Craft* (2011), chapter 2.
 
@@ -21,8 +22,9 @@ pub fn euler_angles(attitude: &UnitQuaternion<f64>) -> [f64; 3] {
     [phi, theta, psi]
 }
 
-/// Whether an angle may come round in radians: but for a few samples it stays within a turn and a half. One that goes further has
-/// been unwound already, or is in degrees; its large steps are no turns.
+/// Whether an angle may be wrapped in radians: except for a few samples it stays within one and a
+/// half turns. An angle with a larger range is already unwrapped, or in degrees; its large steps
+/// are no turns.
 pub fn comes_round(angle: &[f64]) -> bool {
     let mut sorted: Vec<f64> = angle.iter().copied().filter(|a| a.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -30,7 +32,7 @@ pub fn comes_round(angle: &[f64]) -> bool {
     sorted.is_empty() || sorted[sorted.len() - 1 - few] - sorted[few] < 1.5 * TAU
 }
 
-/// Takes the jumps of 2π out of a heading: each step becomes the shorter way round, in [−π, π).
+/// Removes the jumps of 2π from a heading: each step becomes the shorter one, in [−π, π).
 pub fn unwrap(angle: &[f64]) -> Vec<f64> {
     let mut turns = 0.0;
     let mut before = angle.first().copied().unwrap_or(0.0);

@@ -1,11 +1,13 @@
 //! The nearest known word to a mistyped one, for "did you mean …?".
 //!
-//! Nearness is the Damerau-Levenshtein distance: letters inserted, left out, changed, or swapped with a neighbour.
+//! The measure is the Damerau-Levenshtein distance: letters inserted, left out, changed, or swapped
+//! with a neighbour.
 
-/// The known word nearest to `word`; `None` when none is near: at most a third of its letters, and at least one, may
-/// be wrong. Capitals do not count, and `-` is `_`.
+/// The known word nearest to `word`; `None` if none is near: up to a third of its letters, and at
+/// least one, may be wrong. Capitals do not count, and `-` equals `_`.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // A long word is no slip of the pen, and the distance takes time in proportion to both lengths.
+    // A long word is no typing error, and the time for the distance is proportional to both
+    // lengths.
     if word.len() > 100 {
         return None;
     }
@@ -19,9 +21,9 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
-/// The `most` known words that are most like `word`, however far they are: for a list of what there is.
+/// The `most` known words closest to `word`, however far they are, for a list of suggestions.
 pub fn most_alike<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, most: usize) -> Vec<&'a str> {
-    // the end of a word of any length tells nothing more
+    // the rest of a long word gives no further information
     let word: String = as_written(word).chars().take(100).collect();
     let mut ranked: Vec<(f64, &str)> =
         known.into_iter().map(|k| (strsim::normalized_damerau_levenshtein(&word, &k.to_lowercase()), k)).collect();
@@ -29,7 +31,7 @@ pub fn most_alike<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, most
     ranked.into_iter().take(most).map(|(_, k)| k).collect()
 }
 
-/// A word as known ones are written: without capitals, `-` as `_`.
+/// A word in the form of the known ones: without capitals, `-` as `_`.
 fn as_written(word: &str) -> String {
     word.trim().to_lowercase().replace('-', "_")
 }

@@ -5,8 +5,8 @@
 //! coloured:  eₖ = φ eₖ₋₁ + √(1 − φ²) n         AR(1) with lag-one correlation φ and unit variance
 //! ```
 //!
-//! ChaCha with 8 rounds: Bernstein, *ChaCha, a variant of Salsa20* (2008). Its streams are independent, so that what
-//! one sensor draws does not depend on what another one does.
+//! ChaCha with 8 rounds: Bernstein, *ChaCha, a variant of Salsa20* (2008). Its streams are
+//! independent, so that the numbers of one sensor do not depend on those of another.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -32,7 +32,7 @@ impl Noise {
         ((self.rng.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// One of the numbers 0 to `count` − 1, each as likely.
+    /// One of the numbers 0 to `count` − 1, with equal probability.
     pub fn below(&mut self, count: usize) -> usize {
         // the upper half of a product of 128 bits: uniform to 2⁻⁶⁴ count
         ((u128::from(self.rng.next_u64()) * count as u128) >> 64) as usize
@@ -75,7 +75,8 @@ mod tests {
         assert_ne!(again[0], Noise::new(2, 2).uniform());
     }
 
-    /// Standard errors over 20 000 numbers are below 0.01 for mean, deviation and correlation (0.02 for coloured ones).
+    /// Standard errors over 20 000 numbers are below 0.01 for mean, deviation and correlation (0.02
+    /// for coloured ones).
     #[test]
     fn colour_is_the_correlation_and_the_variance_is_one() {
         for colour in [0.0, 0.8] {

@@ -1,11 +1,11 @@
-//! Progress of long work, and its end where the user asks for it.
+//! Progress of long work, and its stop on request of the user.
 //!
-//! Work says by [`tell`] what it begins, and asks by [`look`], every few milliseconds, whether it is still wanted. Who
-//! waits for it runs it by [`watched`]: in a pool of threads of its own, all of which know the watch, so that nothing has
-//! to be handed down to the loops, and two pieces of work side by side do not hear each other. Unwatched work pays a read
-//! of a thread's variable for each call and is never ended.
+//! Work reports its steps with [`tell`] and checks every few milliseconds with [`look`] whether it
+//! was stopped. The caller runs it with [`watched`], in a pool of threads of its own that all know
+//! the watch: so nothing has to be passed down to the loops, and two jobs side by side do not mix.
+//! Unwatched work costs one read of a thread-local variable per call and is never stopped.
 //!
-//! Where the watch is told to [`Watch::stop`], the next [`look`] unwinds to [`watched`], which returns [`Stopped`]. That
+//! After [`Watch::stop`] the next [`look`] unwinds to [`watched`], which returns [`Stopped`]. This
 //! is no panic: no hook sees it, and no message is printed.
 
 use std::cell::RefCell;
@@ -15,35 +15,35 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use thiserror::Error;
 
-/// What work says of itself when it begins something.
+/// A step that work reports when it begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// What begins: `judging 120 candidates`.
+    /// Its description: `judging 120 candidates`.
     pub what: String,
-    /// How many parts are done.
+    /// Number of parts done.
     pub done: usize,
-    /// How many parts there are; 0 where nobody can know.
+    /// Total number of parts; 0 if unknown.
     pub of: usize,
 }
 
-/// The work was ended before it was done.
+/// The work was stopped before it was done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("stopped")]
 pub struct Stopped;
 
-/// A watch over one piece of work, shared by all its threads.
+/// A watch over one job, shared by all its threads.
 pub struct Watch {
     stopped: AtomicBool,
     hear: Box<dyn Fn(Step) + Send + Sync>,
 }
 
 impl Watch {
-    /// A watch that hands every step to `hear`, on whichever thread it is told.
+    /// A watch that passes every step to `hear`, on the thread that reports it.
     pub fn new(hear: impl Fn(Step) + Send + Sync + 'static) -> Arc<Watch> {
         Arc::new(Watch { stopped: AtomicBool::new(false), hear: Box::new(hear) })
     }
 
-    /// Ends the work at its next look.
+    /// Stops the work at its next [`look`].
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
     }
@@ -57,7 +57,7 @@ fn current() -> Option<Arc<Watch>> {
     WATCH.with_borrow(Clone::clone)
 }
 
-/// Says what begins, `done` of `of` parts being done; `of` is 0 where nobody can know how many there are.
+/// Reports a step with `done` of `of` parts done; `of` is 0 if the total is unknown.
 pub fn tell(what: impl Into<String>, done: usize, of: usize) {
     if let Some(watch) = current() {
         look();
@@ -65,12 +65,12 @@ pub fn tell(what: impl Into<String>, done: usize, of: usize) {
     }
 }
 
-/// Whether somebody waits for the work of this thread by [`watched`].
+/// Whether the work of this thread runs under [`watched`].
 pub fn is_watched() -> bool {
     WATCH.with_borrow(Option::is_some)
 }
 
-/// Counts parts of one kind that are done on whichever thread, and tells of each.
+/// Counts parts of one kind that are done on any thread, and reports each.
 pub struct Count {
     what: &'static str,
     done: AtomicUsize,
@@ -78,19 +78,19 @@ pub struct Count {
 }
 
 impl Count {
-    /// Says that `of` parts begin.
+    /// Reports that `of` parts begin.
     pub fn begun(what: &'static str, of: usize) -> Count {
         tell(what, 0, of);
         Count { what, done: AtomicUsize::new(0), of }
     }
 
-    /// Says that one more is done.
+    /// Reports that one more part is done.
     pub fn one_done(&self) {
         tell(self.what, self.done.fetch_add(1, Ordering::Relaxed) + 1, self.of);
     }
 }
 
-/// Goes on where the work is still wanted, and leaves for [`watched`] where it is not.
+/// Returns if the work is not stopped; otherwise unwinds to [`watched`].
 #[inline]
 pub fn look() {
     let stopped = WATCH.with_borrow(|watch| watch.as_ref().is_some_and(|w| w.stopped.load(Ordering::Relaxed)));
@@ -99,13 +99,13 @@ pub fn look() {
     }
 }
 
-/// Runs `work` under `watch`, on as many threads as there are here.
+/// Runs `work` under `watch`, with the number of threads of the current pool.
 ///
 /// # Errors
-/// [`Stopped`] where the watch was told to stop before the work was done.
+/// [`Stopped`] if the watch was stopped before the work was done.
 ///
 /// # Panics
-/// Passes a panic of `work` on.
+/// Passes on a panic of `work`.
 pub fn watched<R: Send>(watch: &Arc<Watch>, work: impl FnOnce() -> R + Send) -> Result<R, Stopped> {
     let known = watch.clone();
     let pool = rayon::ThreadPoolBuilder::new()
@@ -114,7 +114,7 @@ pub fn watched<R: Send>(watch: &Arc<Watch>, work: impl FnOnce() -> R + Send) -> 
         .build();
     let done = catch_unwind(AssertUnwindSafe(|| match pool {
         Ok(pool) => pool.install(work),
-        // no more threads to be had: this one alone hears the watch
+        // no further threads available: only this thread knows the watch
         Err(_) => {
             WATCH.set(Some(watch.clone()));
             work()

@@ -1,7 +1,8 @@
-//! The report of a campaign: results put into the words, tables and figures of a report.
+//! The report of a campaign: results as text, tables and figures.
 //!
-//! The first screen answers: the verdict, the gap, the worst run that took no part, parameters and noise. Then what is
-//! missing, how well the model predicts, the model with its equations, the evidence, and at the end how it was made.
+//! The first screen gives the answer: the verdict, the gap, the worst held-out run, parameters and
+//! noise. Then follow the missing effects, the quality of prediction, the model with its equations,
+//! the evidence, and at the end how the report was made.
 
 mod belief;
 mod discovery;
@@ -30,32 +31,32 @@ use crate::report::{Block, Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
 use crate::wording::listed;
 
-/// Standard deviations to either side that 95 of 100 normal numbers keep within.
+/// Number of standard deviations to either side that contain 95 % of a normal distribution.
 const COVER: f64 = 1.96;
 
-/// Beside a deviation of a fit that did not converge, on the line where it stands.
+/// Note beside a standard deviation of a fit that did not converge.
 const NOT_CONVERGED: &str = "not converged";
 
-/// What a report is made from.
+/// Input of a report.
 #[derive(Debug, Clone, Copy)]
 pub struct Results<'a> {
     /// The campaign.
     pub campaign: &'a Campaign,
     /// Its fit.
     pub fit: &'a Fit,
-    /// The fit held against all runs.
+    /// The comparison of the fit with all runs.
     pub comparison: &'a Comparison,
     /// The runs simulated with the fit.
     pub simulation: &'a Simulation,
-    /// What each run says alone.
+    /// The models and estimates of each run alone.
     pub each_run: &'a EachRun,
-    /// What the model lacks, where it was asked.
+    /// The search for missing effects, if there was one.
     pub discovery: Option<&'a Discovery>,
-    /// Published values of its parameters, where there are any.
+    /// Published values of its parameters, if there are any.
     pub published: Option<&'a Published>,
 }
 
-/// Puts results into a document; `origin` says how they were made.
+/// Makes a document from results; `origin` says how they were made.
 pub fn document(results: &Results<'_>, origin: Origin) -> Document {
     let name = match results.campaign.vehicle.name.as_str() {
         "" => "Vehicle",
@@ -68,7 +69,7 @@ pub fn document(results: &Results<'_>, origin: Origin) -> Document {
     sections.extend(force::section(results));
     let gap = results.discovery.and_then(gap_figure);
     let figures = gap.into_iter().chain(motion::worst(results)).map(Block::Figure);
-    // the small table first: it has room beside the worst run
+    // the small table first: it fits beside the worst run
     let tables = [noise::of_forces(results), Some(model::parameters(results)), noise::of_sensors(results)];
     Document {
         title: format!("{name}: identification"),
@@ -81,11 +82,11 @@ pub fn document(results: &Results<'_>, origin: Origin) -> Document {
     }
 }
 
-/// The report of a campaign: of the best model that there is, with what the discovery has added and by the runs that took part in
-/// it, beside `published` values.
+/// The report of a campaign with the best available model: the one with the effects that the
+/// discovery added, fitted to the runs that the discovery used, beside `published` values.
 ///
 /// # Errors
-/// [`Error`] where the campaign cannot be fitted or simulated.
+/// [`Error`] if the campaign cannot be fitted or simulated.
 pub fn document_of(
     campaign: &Campaign,
     found: Option<&Discovery>,
@@ -96,7 +97,7 @@ pub fn document_of(
     if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
         campaign.model = model.clone();
     }
-    // what the discovery could not find without them the fit does not know without them
+    // runs that the discovery needed also take part in the fit
     let took_part = found.map_or(&[][..], |d| &d.took_part);
     for run in campaign.runs.iter_mut().filter(|run| took_part.contains(&run.name)) {
         run.role = Role::Train;
@@ -132,7 +133,7 @@ pub fn page_of(
     Ok(render(&document_of(campaign, found, published, origin)?))
 }
 
-/// Name of a run without the ending of its file.
+/// Name of a run without its file extension.
 fn stem(run: &str) -> &str {
     Path::new(run).file_stem().and_then(|s| s.to_str()).unwrap_or(run)
 }
@@ -155,8 +156,8 @@ fn verdict(results: &Results<'_>) -> String {
     spoken(results.fit.converged, &results.fit.sentence, &first, found, forces.map(Noise::sentence).as_deref())
 }
 
-/// What was compared, in words, and whether it is one thing: velocities, and the positions and angles (`z`, `psi`) of runs
-/// that log none.
+/// The compared quantities in words, and whether the verb is singular: velocities, and the
+/// positions and angles (`z`, `psi`) of runs that log no velocity.
 fn compared<'a>(all: impl Iterator<Item = &'a Measured>) -> (String, bool) {
     let mut named: Vec<&str> = Vec::new();
     for one in all {
@@ -168,22 +169,23 @@ fn compared<'a>(all: impl Iterator<Item = &'a Measured>) -> (String, bool) {
     (listed(&named), matches!(named[..], [one] if one != "velocities"))
 }
 
-/// Whether what a search leaves is noise.
+/// Whether the search leaves nothing but noise.
 fn is_closed(found: &Discovery) -> bool {
     matches!(found.verdict, Verdict::NothingMissing | Verdict::Explained)
 }
 
-/// What a search has said.
+/// Result of a search, for the verdict.
 #[derive(Clone, Copy)]
 struct Searched<'a> {
     sentence: &'a str,
     has_names: bool,
-    /// Whether what it leaves is noise.
+    /// Whether it leaves nothing but noise.
     is_closed: bool,
 }
 
-/// The verdict of fit and search together. Of a fit that was searched the search speaks: that the model predicts as well as
-/// it says would contradict a search that has found something left, and the random force is named once.
+/// The verdict of fit and search together. If there was a search after a converged fit, its
+/// sentence replaces that of the fit: the statement that the model predicts as well as it says
+/// would contradict a search that has found a remaining gap. The random force is named once.
 fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>, force: Option<&str>) -> String {
     let mut parts: Vec<&str> = Vec::new();
     match found {
@@ -201,13 +203,14 @@ fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>,
 
 fn checks(results: &Results<'_>) -> Vec<Check> {
     let told = results.discovery.map(|d| d.warnings.as_slice()).unwrap_or_default();
-    // the search has gone further than the scores that asked for it, and the verdict says that no name is found
+    // the search goes further than the scores that suggested it; and the verdict of a converged fit
+    // already says that no name was found
     let is_said = |f: &&Finding| match results.discovery {
         Some(_) => f.code == LACKING.code || f.code == NO_NAME.code && results.fit.converged,
         None => false,
     };
     let all = results.fit.warnings.iter().chain(&results.comparison.warnings).chain(told).filter(|f| !is_said(f));
-    // one line a code: what is said of every run need not be read for every run
+    // one line per code: a finding that holds for every run is shown once
     let mut seen: Vec<Vec<&Finding>> = Vec::new();
     for finding in all.filter(|f| f.severity != Severity::Note) {
         match seen.iter_mut().find(|same| same[0].code == finding.code) {
@@ -265,7 +268,7 @@ mod tests {
         let text = spoken(true, FIT, "Errors.", Some(closed), Some(FORCE));
         assert_eq!(text, "Nothing is missing beyond a random force of 1 N. Errors.");
         assert_eq!(spoken(true, FIT, "Errors.", None, Some(FORCE)), format!("{FIT} Errors."));
-        // numbers that are none come first, whatever was found
+        // a fit that did not converge comes first, whatever was found
         assert!(spoken(false, "Do not use these numbers.", "Errors.", Some(partly), None).starts_with("Do not use"));
     }
 }

@@ -1,7 +1,7 @@
-//! A run: what the sensors of one experiment said, each at its own instants.
+//! A run: the logs of all sensors in one experiment, each at its own time stamps.
 //!
-//! A [`Signal`] is the samples (tₖ, xₖ) of one logged quantity in SI units, with its own time stamps, so that
-//! sensors of different rates stand side by side and nothing is resampled behind the user's back.
+//! A [`Signal`] contains the samples (tₖ, xₖ) of one logged quantity in SI units, with its own time
+//! stamps, so that sensors of different rates are stored together without resampling.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,28 +10,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame::Dof;
 
-/// How far time stamps near `t` may be apart and be the same instant, s: nanoseconds that a printed stamp loses, and the
-/// rounding of the number itself, which counts where clocks begin in 1970.
+/// Greatest difference of time stamps near `t` that count as the same instant, s: nanoseconds that
+/// a printed stamp loses, and the rounding of the number itself, which matters for clocks that
+/// count from 1970.
 pub fn rounding(t: f64) -> f64 {
     1e-9 + 4.0 * f64::EPSILON * t.abs()
 }
 
-/// Number of the thruster of whose command (`letter` V) or force (F) a channel is: 3 of `V3`.
+/// Number of the thruster whose command (`letter` V) or force (F) a channel is: 3 for `V3`.
 pub fn thruster_of(channel: &str, letter: &str) -> Option<usize> {
     let number = channel.strip_prefix(letter).filter(|n| n.bytes().all(|b| b.is_ascii_digit()))?;
     number.parse().ok()
 }
 
-/// Angles of fins and turns of a propeller: what is commanded besides forces and thrusters.
+/// Angles of fins and speed of a propeller: commands other than forces and thrusters.
 const DEFLECTIONS: [&str; 3] = ["rudder", "stern_plane", "propeller_n"];
 
-/// Whether a channel is the angle of a fin or the turns of a propeller: what a log commands, or measures.
+/// Whether a channel is the angle of a fin or the speed of a propeller, which a log may command or
+/// measure.
 pub fn is_deflection(channel: &str) -> bool {
     DEFLECTIONS.contains(&channel)
 }
 
-/// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`, the angle
-/// of a fin or the turns of a propeller. Between samples it does what commands do, held or on a line.
+/// Whether a channel is a command: a force `tau_u`, a command `V3`, a thruster's force `F3`,
+/// `acting_F3`, the angle of a fin or the speed of a propeller. Between samples it is interpolated
+/// like commands: held or linear.
 pub fn is_command(channel: &str) -> bool {
     if is_deflection(channel) {
         return true;
@@ -40,42 +43,45 @@ pub fn is_command(channel: &str) -> bool {
     channel.starts_with("tau_") || ["V", "F"].into_iter().any(|letter| thruster_of(own, letter).is_some())
 }
 
-/// Greatest magnitude of a channel over runs; 0 where none has it.
+/// Greatest magnitude of a channel over runs; 0 if no run has it.
 pub fn greatest(runs: &[Run], channel: &str) -> f64 {
     let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
     values.fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// A command below this part of the largest is rounding of the allocation, N or N·m over the same.
+/// Ratio to the largest command below which a command is rounding of the thrust allocation, N or
+/// N·m over the same.
 const ROUNDING: f64 = 1e-9;
 
-/// Forces and moments below this are rounding of what shares them out to thrusters, N or N·m.
+/// Forces and moments below this value are rounding of the allocation to thrusters, N or N·m.
 pub fn rounding_of_commands(runs: &[Run]) -> f64 {
     rounding_of(Dof::ALL.into_iter().map(|dof| greatest(runs, dof.force())))
 }
 
-/// The same of the greatest magnitude in each degree of freedom.
+/// The same, given the greatest magnitude in each degree of freedom.
 pub fn rounding_of(greatest: impl Iterator<Item = f64>) -> f64 {
     ROUNDING * greatest.fold(0.0, f64::max)
 }
 
-/// Whether a force or moment is commanded in a degree of freedom, beyond rounding.
+/// Whether a force or moment beyond rounding is commanded in a degree of freedom.
 pub fn is_commanded(runs: &[Run], dof: Dof) -> bool {
     greatest(runs, dof.force()) > rounding_of_commands(runs)
 }
 
-/// Root mean square of the force or moment that is commanded in a degree of freedom, over the samples of all runs, N or N·m;
-/// `None` where none is.
+/// Root mean square of the commanded force or moment in a degree of freedom, over the samples of
+/// all runs, N or N·m; `None` if none is commanded.
 pub fn commanded_rms(runs: &[Run], dof: Dof) -> Option<f64> {
     let values = runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
     is_commanded(runs, dof).then(|| f64::sqrt(sum / count))
 }
 
-/// Beyond three years a stamp is that of a wall clock, not the time since a log began. s
+/// Time stamp, s, beyond which a stamp is that of a wall clock and not the time since the start of a
+/// log: three years.
 pub const WALL_CLOCK: f64 = 1e8;
 
-/// What kind of experiment a run is. The staged procedure uses each kind for what it can show.
+/// Kind of experiment of a run. The staged procedure uses each kind for the parameters that it
+/// determines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunKind {
@@ -87,11 +93,11 @@ pub enum RunKind {
     ConstantVelocity,
     /// Sinusoidal command about an offset.
     Oscillatory,
-    /// Turning moment that flips when the heading reaches a bound.
+    /// Turning moment that changes sign when the heading reaches a bound.
     Zigzag,
     /// One thruster on a bench: its command and its force over time.
     Bench,
-    /// Anything else.
+    /// Any other.
     #[default]
     Free,
 }
@@ -111,18 +117,19 @@ impl RunKind {
     }
 }
 
-/// What a run is for.
+/// Role of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// Takes part in the fit.
     #[default]
     Train,
-    /// Takes no part in the fit; the model is judged on it.
+    /// Takes no part in the fit; the model is validated on it.
     Validate,
 }
 
-/// The samples of one sensor channel, SI units. Time stamps are finite and strictly increasing; values are finite.
+/// The samples of one sensor channel, SI units. Time stamps are finite and strictly increasing;
+/// values are finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
     time: Arc<[f64]>,
@@ -160,7 +167,7 @@ impl Signal {
         &self.time
     }
 
-    /// The time stamps as a shared slice: signals of one sensor have the same one.
+    /// The time stamps as a shared slice: signals of one sensor share it.
     pub fn shared_time(&self) -> &Arc<[f64]> {
         &self.time
     }
@@ -180,7 +187,7 @@ impl Signal {
         self.values.is_empty()
     }
 
-    /// The straight line between samples, constant outside them; 0 for a signal without samples.
+    /// Linear interpolation between samples, constant outside them; 0 for a signal without samples.
     pub fn at(&self, t: f64) -> f64 {
         let (time, x) = (self.time(), self.values());
         match time.partition_point(|s| *s <= t) {
@@ -191,7 +198,7 @@ impl Signal {
     }
 }
 
-/// One run: named signals, what it is and what it is for.
+/// One run: named signals, kind and role.
 #[derive(Debug, Clone, Default)]
 pub struct Run {
     /// Name shown to people: the file's name in a campaign.
@@ -200,30 +207,31 @@ pub struct Run {
     pub kind: RunKind,
     /// Fit or validation.
     pub role: Role,
-    /// Time stamps at which a gap of the whole log ends, s: nothing is integrated across one. What a single sensor is silent
-    /// for, its own time stamps tell: [`crate::log::check::time::gaps_of`].
+    /// Time stamps at which a gap of the whole log ends, s: nothing is integrated across one. A gap
+    /// of a single sensor follows from its own time stamps: [`crate::log::check::time::gaps_of`].
     pub gaps: Vec<f64>,
-    /// Signals by canonical name (`u`, `tau_u`, `psi`, …) or, for auxiliary channels, by their own.
+    /// Signals by canonical name (`u`, `tau_u`, `psi`, …) or, for auxiliary channels, by their own
+    /// name.
     pub signals: BTreeMap<String, Signal>,
 }
 
-/// Names under which a log may hold the supply voltage.
+/// Names of the supply voltage in a log.
 const SUPPLY: [&str; 7] =
     ["supply_V", "supply_voltage", "supply", "voltage_V", "battery_V", "battery_voltage", "battery"];
 
 impl Run {
-    /// The signal of this name, `None` when the log has none.
+    /// The signal with this name; `None` if the log has none.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         self.signals.get(name)
     }
 
-    /// The command `V3` of which a thruster's force `F3` is made, where the run has it.
+    /// The command `V3` from which a thruster's force `F3` is computed, if the run has it.
     pub fn command_of(&self, force: &str) -> Option<String> {
         let command = format!("V{}", thruster_of(force, "F")?);
         self.signals.contains_key(&command).then_some(command)
     }
 
-    /// The supply voltage, V, under any of the names that logs have for it.
+    /// The supply voltage, V, under any of its names in logs.
     pub fn supply_voltage(&self) -> Option<&Signal> {
         SUPPLY.iter().find_map(|name| self.signal(name)).filter(|s| !s.is_empty())
     }
@@ -239,8 +247,8 @@ impl Run {
         Run { signals, gaps, ..self.clone() }
     }
 
-    /// Time stamp at which the time of the run is 0, s: the first one where stamps are those of a wall clock, else that of
-    /// the log. In a phase 2πt/T seconds since 1970 would leave nothing of T.
+    /// Time stamp at which the time of the run is 0, s: the first one for stamps of a wall clock,
+    /// otherwise 0, as in the log. With seconds since 1970 a phase 2πt/T would have no accuracy.
     pub fn origin(&self) -> f64 {
         self.span().map_or(0.0, |(first, _)| if first.abs() < WALL_CLOCK { 0.0 } else { first })
     }

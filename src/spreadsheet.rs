@@ -1,18 +1,19 @@
-//! Tables as CSV for spreadsheets, which take some words for formulas.
+//! Tables as CSV for spreadsheets, which take some text for formulas.
 
 use std::borrow::Cow;
 
 use csv::{Terminator, WriterBuilder};
 
-/// `word` as a cell that no spreadsheet takes for a formula: an apostrophe stands before it where one would be (`=`, `+`,
-/// `-`, `@`, also of full width, or a control character in front).
+/// `word` as a cell that no spreadsheet takes for a formula: text with `=`, `+`, `-`, `@`, their
+/// full-width forms, or a control character at the start gets an apostrophe in front.
 pub(crate) fn harmless(word: &str) -> Cow<'_, str> {
     let is_formula = word.trim_start().starts_with(['=', '+', '-', '@', '\t', '\r', '＝', '＋', '－', '＠'])
         || word.starts_with(['\t', '\r', '\n']);
     if is_formula { Cow::Owned(format!("'{word}")) } else { Cow::Borrowed(word) }
 }
 
-/// The word that [`harmless`] was made of: `word` without the apostrophe that keeps it from being a formula.
+/// The original text of [`harmless`]: `word` without the apostrophe that keeps it from being a
+/// formula.
 pub(crate) fn without_mark(word: &str) -> &str {
     match word.strip_prefix('\'') {
         Some(rest) if matches!(harmless(rest), Cow::Owned(_)) => rest,
@@ -20,11 +21,11 @@ pub(crate) fn without_mark(word: &str) -> &str {
     }
 }
 
-/// Rows as CSV, fields quoted where RFC 4180 asks for it.
+/// Rows as CSV, with fields quoted as RFC 4180 requires.
 pub(crate) fn csv(rows: impl IntoIterator<Item = Vec<String>>, end: Terminator) -> String {
     let mut writer = WriterBuilder::new().terminator(end).flexible(true).from_writer(Vec::new());
     for row in rows {
-        // memory takes everything, and rows may have any length
+        // writing to memory does not fail, and rows may have any length
         let _ = writer.write_record(row);
     }
     String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()

@@ -1,15 +1,15 @@
 //! Physical dimensions as exponents of kilogram, metre and second.
 //!
-//! Inside the crate everything is SI; a [`Dimension`] is what a number's unit *is*, so that a test can prove that
-//! a formula is dimensionally right. An angle has no dimension (a radian is 1).
+//! All quantities inside the crate are SI. A [`Dimension`] is the unit of a number, so that a test
+//! can check a formula for dimensional consistency. An angle has no dimension (a radian is 1).
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`. An exponent beyond 127 stays there: a formula
-/// that goes so far has a unit that is none of the known ones.
+/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`. Exponents saturate at
+/// the limits of `i8`: a formula that reaches them has a unit that differs from all known ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dimension {
     /// Exponent of the kilogram.
@@ -60,7 +60,7 @@ impl Dimension {
 }
 
 impl fmt::Display for Dimension {
-    /// As a user writes it: `kg/m`, `N`, `N*m`, `m/s`, `1`.
+    /// Writes the unit as users do: `kg/m`, `N`, `N*m`, `m/s`, `1`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Dimension::ONE => return f.write_str("1"),
@@ -91,7 +91,7 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// A text that is no unit of kilogram, metre and second.
+/// Error of a text that is no unit of kilogram, metre and second.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{unit:?} is no SI unit: `{part}` is none of 1, kg, m, s, N, rad, each with a power, as in `kg/m` or `N*m*s2`")]
 pub struct UnitError {
@@ -104,8 +104,9 @@ pub struct UnitError {
 impl FromStr for Dimension {
     type Err = UnitError;
 
-    /// Reads what [`Dimension`] prints: 1, kg, m, s, N and rad, joined by `*` or `·` and `/`, each with a power of one
-    /// digit (`m2`, `m^2`, `m²`). What follows a `/` stands below until the next `*`.
+    /// Parses the output of [`Dimension`]: 1, kg, m, s, N and rad, joined by `*` or `·` and `/`,
+    /// each with a power of one digit (`m2`, `m^2`, `m²`). Only the factor directly after a `/` is
+    /// in the denominator.
     fn from_str(unit: &str) -> Result<Dimension, UnitError> {
         let error = |part: &str| UnitError { unit: unit.to_string(), part: part.to_string() };
         if unit.trim().is_empty() || unit.trim_end().ends_with(['*', '·', '/']) {
@@ -132,7 +133,7 @@ impl FromStr for Dimension {
             for (total, exponent) in sum.iter_mut().zip(exponents) {
                 *total += power * exponent;
             }
-            // beyond this it is no physics, and products of dimensions must stay in range
+            // beyond this it is no physical unit, and products of dimensions must stay in range
             if sum.iter().any(|total| total.abs() > 12) {
                 return Err(error(part));
             }

@@ -1,8 +1,9 @@
-//! The vehicle and the water it swims in: dry figures that are weighed or measured, not identified.
+//! The vehicle and its water: properties that are weighed or measured, not identified.
 //!
-//! Everything is optional, for nothing is guessed: what needs a figure that is absent has to say so. Weight W and
-//! buoyancy B are inputs of their own, because W − B is the small difference of two large numbers. Source: the
-//! vehicle section of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
+//! All are optional, because no value is guessed: a function that needs an absent value has to
+//! report that. Weight W and buoyancy B are separate inputs, because W − B is the small difference
+//! of two large numbers. Source: the vehicle section of Avila, Donha and Adamowski, *Ocean
+//! Engineering* 60 (2013) 81-94.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -27,18 +28,18 @@ pub struct Vehicle {
     /// Buoyancy B, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub buoyancy: Option<f64>,
-    /// Characteristic length as given, m; [`Vehicle::characteristic_length`] is what to read.
+    /// Characteristic length as given, m; use [`Vehicle::characteristic_length`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// Centre of gravity in body axes, m; the body origin when absent.
+    /// Centre of gravity in body axes, m; the body origin if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cg: Option<[f64; 3]>,
-    /// Centre of buoyancy in body axes, m; the body origin when absent.
+    /// Centre of buoyancy in body axes, m; the body origin if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cb: Option<[f64; 3]>,
 }
 
-/// The `[water]` table of a campaign; fresh water at 20 °C when absent.
+/// The `[water]` table of a campaign; fresh water at 20 °C if absent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Water {
@@ -54,17 +55,17 @@ impl Default for Water {
     }
 }
 
-/// A figure of the vehicle or the water that cannot be.
+/// Error of a property of the vehicle or the water.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum VehicleError {
-    /// A quantity that is positive by nature is not.
+    /// A quantity that must be positive is not.
     #[error("[{table}] {key} = {value}: must be a positive number of {unit}")]
     NotPositive {
         /// Table of the campaign: `vehicle` or `water`.
         table: &'static str,
         /// Key in that table.
         key: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
         /// Its unit.
         unit: &'static str,
@@ -74,7 +75,7 @@ pub enum VehicleError {
     BadPosition {
         /// Key in the table.
         key: &'static str,
-        /// What it holds, m.
+        /// Its value, m.
         value: [f64; 3],
     },
 }
@@ -87,7 +88,8 @@ fn positive(table: &'static str, key: &'static str, unit: &'static str, value: f
 }
 
 impl Vehicle {
-    /// Characteristic length L_c, m: the one given, else ∇^(1/3); `None` when neither length nor volume is known.
+    /// Characteristic length L_c, m: the given one, otherwise ∇^(1/3); `None` if neither length nor
+    /// volume is known.
     pub fn characteristic_length(&self) -> Option<f64> {
         self.length.or_else(|| self.volume.map(f64::cbrt))
     }
@@ -97,8 +99,9 @@ impl Vehicle {
         Some(self.weight? - self.buoyancy?)
     }
 
-    /// The entry of the dry mass matrix that couples two motions: ∓m r_g between a force and a rotation, kg·m, 0 elsewhere, for
-    /// products of inertia about the body origin are taken to be 0; `None` where it hangs on a mass that is not known.
+    /// The entry of the dry mass matrix that couples two motions: ∓m r_g between a force and a
+    /// rotation, kg·m. It is 0 elsewhere, because products of inertia about the body origin are
+    /// assumed to be 0; `None` if it depends on an unknown mass.
     pub fn dry_coupling(&self, row: Dof, column: Dof) -> Option<f64> {
         if row.is_rotation() == column.is_rotation() {
             return Some(0.0);
@@ -111,10 +114,11 @@ impl Vehicle {
         self.mass.map(|mass| sign * mass * entry)
     }
 
-    /// Refuses figures that cannot be.
+    /// Refuses impossible values.
     ///
     /// # Errors
-    /// A mass, volume, weight, buoyancy or length that is not positive and finite; a centre that is not finite.
+    /// A mass, volume, weight, buoyancy or length that is not positive and finite; a centre that is
+    /// not finite.
     pub fn validate(&self) -> Result<(), VehicleError> {
         let figures = [
             ("mass", "kg", self.mass),
@@ -136,7 +140,7 @@ impl Vehicle {
 }
 
 impl Water {
-    /// Refuses figures that cannot be.
+    /// Refuses impossible values.
     ///
     /// # Errors
     /// A density or viscosity that is not positive and finite.

@@ -1,10 +1,10 @@
-//! Words that many messages share: counted things, numbers and probabilities as people read them.
+//! Wording shared by many messages: counts, numbers and probabilities for people.
 
-/// Least p-value: 0 would say impossible.
+/// Least p-value: 0 would mean impossible.
 pub const LEAST_P: f64 = 1e-300;
 
-/// Least p-value that is told as a number: what is below it is told as below it, for no approximation behind a p-value
-/// holds so far out.
+/// Least p-value that is written as a number. A smaller one is written as below this limit, because
+/// no approximation behind a p-value is valid so far out.
 const LEAST_TOLD: f64 = 1e-15;
 
 /// `1 warning`, `2 warnings`, `3 command histories`.
@@ -24,7 +24,7 @@ fn plural(thing: &str) -> String {
     format!("{thing}{}", if hisses { "es" } else { "s" })
 }
 
-/// Things one after another in a sentence: `a`, `a and b`, `a, b and c`.
+/// Items as a list in a sentence: `a`, `a and b`, `a, b and c`.
 pub fn listed<T: AsRef<str>>(things: &[T]) -> String {
     let things: Vec<&str> = things.iter().map(AsRef::as_ref).collect();
     match things.split_last() {
@@ -33,22 +33,23 @@ pub fn listed<T: AsRef<str>>(things: &[T]) -> String {
     }
 }
 
-/// A sentence that begins with a capital.
+/// A sentence with a capital at the beginning.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The least and the greatest of some values; `None` where there are none.
+/// The least and the greatest of some values; `None` if there are none.
 pub fn range(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().map(|x| (x, x)).reduce(|(least, greatest), (x, _)| (least.min(x), greatest.max(x)))
 }
 
-/// `least to greatest ± deviation by run` of what each run has its own value of; `None` where there are none. `told`: a value in words.
+/// `least to greatest ± deviation by run` for per-run values; `None` if there are none. `told`:
+/// text of a value.
 pub fn by_run(values: impl IntoIterator<Item = f64>, told: impl Fn(f64) -> String) -> Option<String> {
     range(values).map(|(least, greatest)| {
         let (least, greatest) = (told(least), told(greatest));
-        // a deviation that both have is said once
+        // a common standard deviation is written once
         let deviation = |text: &str| text.split_once(" ± ").map(|(_, std)| std.to_string());
         let alone =
             least.split_once(" ± ").map(|(value, _)| value).filter(|_| deviation(&least) == deviation(&greatest));
@@ -56,7 +57,7 @@ pub fn by_run(values: impl IntoIterator<Item = f64>, told: impl Fn(f64) -> Strin
     })
 }
 
-/// A number of two digits: `0.031`, `12`, `123`.
+/// A number with two significant digits and all digits before the point: `0.031`, `12`, `123`.
 pub fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -64,8 +65,8 @@ pub fn digits(x: f64) -> String {
     format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
 }
 
-/// A value with its standard deviation, to the two digits that the deviation deserves: `12.30 ± 0.45`, `5.65e10 ± 3.7e10`. One
-/// that is 0, or none, has none.
+/// A value with its standard deviation, to two digits of the standard deviation: `12.30 ± 0.45`,
+/// `5.65e10 ± 3.7e10`. A standard deviation that is 0 or not finite is written as it is.
 pub fn measured(value: f64, std: f64) -> String {
     let place = std.log10().floor();
     match std {
@@ -74,7 +75,7 @@ pub fn measured(value: f64, std: f64) -> String {
             format!("{value:.decimals$} ± {std:.decimals$}")
         }
         std if std > 0.0 && std.is_finite() => {
-            // as many digits as end where those of the deviation do
+            // digits down to the second one of the standard deviation
             let digits = (value.abs().log10().floor() - place).clamp(0.0, 8.0) as usize + 1;
             format!("{value:.digits$e} ± {std:.1e}")
         }
@@ -82,18 +83,18 @@ pub fn measured(value: f64, std: f64) -> String {
     }
 }
 
-/// How many times one thing is another: `9.5 times`, `more than 100 times`.
+/// A ratio in words: `9.5 times`, `more than 100 times`.
 pub fn times(ratio: f64) -> String {
     if ratio > 100.0 { "more than 100 times".into() } else { format!("{} times", digits(ratio)) }
 }
 
-/// A probability as a cell of a table: `0.045`, `3.1e-7`, `<1e-15`.
+/// A probability for a cell of a table: `0.045`, `3.1e-7`, `<1e-15`.
 pub fn probability(p: f64) -> String {
     match p {
         p if p.is_nan() => "-".into(),
         p if p <= LEAST_TOLD => format!("<{LEAST_TOLD:e}"),
         p if p < 1e-3 => format!("{p:.1e}"),
-        // two digits: of 0.0451 the 0.045, of 0.9 the 0.90
+        // two digits: 0.0451 as 0.045, 0.9 as 0.90
         p => format!(
             "{p:.*}",
             if p < 0.01 {

@@ -1,28 +1,30 @@
-//! The form of every answer: a verdict of at most three lines, one table, the next command to type. What else there is
-//! stands under `--verbose`, in `--json` and in the report.
+//! The form of every answer: a verdict of at most three lines, one table, the next command to type.
+//! All other results are in `--verbose`, in `--json` and in the report.
 
 use super::output::Output;
 use super::table::{folded, width, wrapped};
 
-/// Most lines of a verdict.
+/// Maximum number of lines of a verdict.
 const LINES: usize = 3;
 
-/// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`. Whether that was all.
+/// Prints the verdict: as many of its first sentences as fit into three lines; all with
+/// `--verbose`. Returns whether that was all.
 pub(super) fn verdict(text: &str, output: &Output) -> bool {
     let told = if output.is_verbose() { wrapped(text) } else { shortened(text, width(), LINES).0 };
     output.print(&told);
     told.split_whitespace().eq(text.split_whitespace())
 }
 
-/// The verdict in at most three lines with `--verbose` as well, and what there was no room for. Where some of it is left
-/// out, `key` stands in the last of these lines: what a reader needs of the rest.
+/// Prints the verdict in at most three lines, with `--verbose` as well, and returns the part that
+/// did not fit. If a part is left out, the last of these lines is `key`: the most important
+/// information of the rest.
 pub(super) fn verdict_with(text: &str, key: Option<&str>, output: &Output) -> Option<String> {
     let (told, rest) = keyed(text, key, width());
     output.print(&told);
     rest
 }
 
-/// Verdict and key in [`LINES`] lines of this width, and the sentences that are not among them.
+/// Verdict and key in [`LINES`] lines of this width, and the sentences that are left out.
 fn keyed(text: &str, key: Option<&str>, width: Option<usize>) -> (String, Option<String>) {
     let (told, rest) = shortened(text, width, LINES);
     let (Some(width), Some(_), Some(key)) = (width, &rest, key) else { return (told, rest) };
@@ -32,12 +34,12 @@ fn keyed(text: &str, key: Option<&str>, width: Option<usize>) -> (String, Option
     (format!("{told}\n{key}"), rest)
 }
 
-/// The command to type next; the last line of an answer.
+/// Prints the command to type next, the last line of an answer.
 pub(super) fn next(command: &str, output: &Output) {
     output.print(&format!("next: {command}"));
 }
 
-/// The first characters of a text, with an ellipsis where some are left out.
+/// The first characters of a text, with an ellipsis if some are left out.
 pub(super) fn cut(text: &str, room: usize) -> String {
     if text.chars().count() <= room {
         return text.to_string();
@@ -46,8 +48,9 @@ pub(super) fn cut(text: &str, room: usize) -> String {
     format!("{}…", kept.trim_end())
 }
 
-/// The sentences up to the first that no longer fits in so many lines of this width, the first one always: one behind it
-/// may refer to it. And what is left out: the others, or everything where the first one is cut.
+/// The sentences before the first one that no longer fits into `most` lines of this width, because
+/// a later one may refer to it; at least the first sentence. And the rest: the other sentences, or
+/// the whole text if the first sentence is cut.
 fn shortened(text: &str, width: Option<usize>, most: usize) -> (String, Option<String>) {
     let Some(width) = width else { return (text.to_string(), None) };
     let all = sentences(text);
@@ -59,7 +62,7 @@ fn shortened(text: &str, width: Option<usize>, most: usize) -> (String, Option<S
     (lines, Some(rest).filter(|rest| !rest.is_empty()))
 }
 
-/// A text in at most so many lines; an ellipsis stands for the rest.
+/// A text in at most `most` lines; an ellipsis replaces the rest.
 fn in_lines(text: &str, width: usize, most: usize) -> String {
     let lines = folded(text, width);
     if lines.lines().count() <= most {
@@ -110,11 +113,11 @@ mod tests {
         let of = |key| keyed(text, Some(key), Some(30));
         let rest = Some("So is the third one that stands here.".to_string());
         assert_eq!(of("force: 3 N"), ("It converged. This second\nsentence is a long one.\nforce: 3 N".into(), rest));
-        // a key of two lines leaves one, and a longer one is cut
+        // a key of two lines leaves one line, and a longer one is cut
         let (told, rest) = of("force: surge 3 N, sway 4 N, yaw 5 N m, pitch 7 N m, roll 1 N m");
         assert_eq!(told, "It converged.\nforce: surge 3 N, sway 4 N,\nyaw 5 N m, pitch 7 N m, roll…");
         assert_eq!(rest.as_deref(), Some("This second sentence is a long one. So is the third one that stands here."));
-        // what fits needs no key
+        // a verdict that fits needs no key
         assert_eq!(keyed("It fits.", Some("force: 3 N"), Some(30)), ("It fits.".into(), None));
     }
 }

@@ -1,4 +1,4 @@
-//! `fit` of a campaign whose runs are all of a thruster on a bench, and the vehicle file that comes of it.
+//! `fit` of a campaign with bench runs of thrusters only, and the vehicle file that it makes.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::campaign::{self, Bench, Error};
 use crate::run::RunKind;
 use crate::thrust::bench::Value;
 
-/// The result as JSON.
+/// The result for JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct Alone {
     format: u32,
@@ -23,14 +23,14 @@ pub(super) struct Alone {
     bench: Bench,
 }
 
-/// The bench runs of a campaign that has no others; `None` for any other campaign.
+/// The fit of the bench runs of a campaign that has no others; `None` for any other campaign.
 pub(super) fn alone(a: &typed::Fit, output: &Output) -> Result<Option<Alone>, Failure> {
     let read = ReadOptions { allow_outside: a.loading.allow_outside, ..ReadOptions::default() };
     let file = CampaignFile::read(&a.campaign, &read).map_err(Error::File)?;
     if file.runs.iter().any(|run| run.kind != RunKind::Bench) {
         return Ok(None);
     }
-    // before the work
+    // refused before the work
     if a.model.is_some() && a.vehicle.is_none() {
         return Err(Failure::Argument(
             "bench runs make a vehicle file, and that extends a vehicle: add --vehicle NAME, as `hydrosysid vehicles` \

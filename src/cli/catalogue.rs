@@ -1,4 +1,4 @@
-//! `effects` and `explain`: what there is to know without any data.
+//! `effects` and `explain`: information that needs no data.
 
 use serde::Serialize;
 
@@ -15,10 +15,10 @@ use crate::model::places_of;
 use crate::nearest::{most_alike, nearest};
 use crate::wording::{count, listed as listed_in_words};
 
-/// Most ids that are named where none is near.
+/// Maximum number of ids that are suggested if none is close.
 const ALIKE: usize = 3;
 
-/// An effect as it is listed.
+/// An effect in the list.
 #[derive(Debug, Serialize)]
 struct Entry {
     id: String,
@@ -87,19 +87,19 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
         output.print(&row(head, &text, width()));
     }
     output.json(&e)?;
-    // the relatives of an effect share its first word
+    // related effects share the first word of their ids
     answer::next(&format!("hydrosysid effects --search {}", id.split('_').next().unwrap_or(id)), output);
     Ok(())
 }
 
-/// `  formula     − k_uv u v`, what does not fit on the line below the text.
+/// `  formula     − k_uv u v`; text that does not fit continues below the text.
 fn row(head: &str, text: &str, width: Option<usize>) -> String {
     const LEFT: usize = 14;
     let text = folded(text, width.map_or(usize::MAX, |width| width.saturating_sub(LEFT)));
     format!("  {head:<12}{}", text.replace('\n', &format!("\n{}", " ".repeat(LEFT))))
 }
 
-/// What is said of an id that is none.
+/// The error message for an unknown id.
 fn unknown<'a>(id: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let near = match nearest(id, known.clone()) {
         Some(one) => format!("did you mean `{one}`?"),
@@ -111,7 +111,7 @@ fn unknown<'a>(id: &str, known: impl Iterator<Item = &'a str> + Clone) -> String
     format!("no effect is called `{id}`: {near} `hydrosysid effects --search WORD` finds effects by their meaning")
 }
 
-/// An effect a row; its place, formula and unit as well where `all` is asked for.
+/// One effect per row; with `all` also its place, formula and unit.
 fn listed(entries: &[Entry], all: bool) -> String {
     let row = |e: &Entry| {
         vec![e.id.clone(), e.common_name.clone(), e.family.into(), e.place.clone(), e.formula.clone(), units(e)]
@@ -165,7 +165,7 @@ fn units(entry: &Entry) -> String {
     units.join(", ")
 }
 
-/// A code as it is told.
+/// A code in the list.
 #[derive(Debug, Serialize)]
 struct Told {
     code: &'static str,

@@ -1,5 +1,5 @@
-//! The verb `check`: a light for each log and what is wrong with it; with `--verbose` a light for each topic, how often its
-//! sensors speak, how late they are.
+//! The verb `check`: a light for each log and its faults; with `--verbose` a light for each topic,
+//! the sample rates of the sensors and their delays.
 
 use std::path::{Path, PathBuf};
 
@@ -42,11 +42,12 @@ pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
     Err(Failure::Refused { refused, what: "the logs", findings: found.errors })
 }
 
-/// What helps most: the meaning of the worst finding, else the fit.
+/// The next command: the meaning of the worst finding if nothing moves or the light is red,
+/// otherwise the fit of the campaign, or `init` for logs without one.
 fn next(a: &typed::Check, found: &Check, is_campaign: bool) -> String {
     let worst = found.errors.iter().chain(found.warnings.iter().filter(|w| w.severity != Severity::Note)).next();
     let files: Vec<String> = a.files.iter().map(|file| file.display().to_string()).collect();
-    // where nothing moves a fit is no help
+    // if nothing moves, a fit does not help
     let resting: Vec<&Finding> = found.warnings.iter().filter(|w| w.code == AT_REST.code).collect();
     if let Some(at_rest) = resting.first().filter(|_| resting.len() >= found.logs.len()) {
         return format!("hydrosysid explain {}", at_rest.code);
@@ -58,7 +59,7 @@ fn next(a: &typed::Check, found: &Check, is_campaign: bool) -> String {
     }
 }
 
-/// The light in a word.
+/// The light as a word.
 fn word(light: Option<Light>) -> String {
     light.map_or("-".into(), |light| format!("{light:?}").to_lowercase())
 }
@@ -82,7 +83,7 @@ fn print_check(found: &Check, output: &Output) {
     }
 }
 
-/// How many logs have which light, and what that means for a fit.
+/// The number of logs with each light, and its meaning for a fit.
 fn verdict(found: &Check) -> String {
     let of = |light: Light| found.logs.iter().filter(|log| log.verdict == light).count();
     let logs = count(found.logs.len(), "log");
@@ -122,7 +123,8 @@ fn part(some: usize, of_one: &str, of_many: &str, all: usize) -> String {
     }
 }
 
-/// Kinds of what was found in a log, the worst first; topics whose light is not green where nothing more is told.
+/// Kinds of the findings of a log, errors first; if there are none, the topics whose light is not
+/// green.
 fn wrong(log: &CheckedLog, found: &Check) -> String {
     let of_log = |f: &&Finding| f.run.as_ref().or(f.file.as_ref()) == Some(&log.file) && f.severity != Severity::Note;
     let mut kinds: Vec<(&str, usize)> = Vec::new();
@@ -157,7 +159,7 @@ fn print_topics(found: &Check, output: &Output) {
     output.print(&table(&heads, &found.logs.iter().map(row).collect::<Vec<_>>()));
 }
 
-/// Rates of the sensors, and pairs of channels that tell of each other.
+/// Prints the rates of the sensors, and pairs of channels that can be compared.
 fn print_rates(found: &Check, output: &Output) {
     let rows: Vec<Vec<String>> = found.logs.iter().flat_map(sensors).collect();
     if !rows.is_empty() {
@@ -169,7 +171,7 @@ fn print_rates(found: &Check, output: &Output) {
     }
 }
 
-/// A row for all channels of a log that come at one rate.
+/// One row per group of channels of a log with the same rate.
 fn sensors(log: &CheckedLog) -> Vec<Vec<String>> {
     let alike = |a: &ChannelRate, b: &ChannelRate| {
         (a.rate_hz / b.rate_hz - 1.0).abs() < 0.02 && (a.logged_hz / b.logged_hz - 1.0).abs() < 0.02 && a.gaps == b.gaps
@@ -189,7 +191,7 @@ fn sensors(log: &CheckedLog) -> Vec<Vec<String>> {
     groups.into_iter().map(row).collect()
 }
 
-/// What is held against each other in a log: sensors with sensors, motion with commands.
+/// The comparisons within a log: sensors with sensors, motion with commands.
 fn pairs(log: &CheckedLog) -> Vec<Vec<String>> {
     let late = |lag: Option<Lag>| lag.map_or("-".into(), |lag| measured(lag.seconds, Some(lag.std)));
     let agreements = log.agreements.iter().map(|a| {

@@ -1,4 +1,5 @@
-//! The verb `compare`: a model or published parameters against the runs of a campaign, or two models against each other.
+//! The verb `compare`: a model or published parameters against the runs of a campaign, or one model
+//! against another.
 
 use std::path::Path;
 
@@ -14,7 +15,8 @@ use crate::compare::Disagreement;
 use crate::run::Role;
 use crate::wording::{count, probability};
 
-/// Times the predicted error up to which a free run errs as predicted: what the deviation of an error over one run scatters.
+/// Greatest ratio of the error of a free simulation to its predicted error that counts as predicted:
+/// the rms error of one run scatters by as much.
 const AS_PREDICTED: f64 = 1.5;
 
 pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
@@ -60,20 +62,23 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What to do next: a search where the model errs more than it says, or takes much for a random force.
+/// The next command: a search if the model errs more than predicted or has a large random force,
+/// otherwise a report.
 fn next(campaign: &Path, errs: bool) -> String {
     let verb = if errs { "discover" } else { "report" };
     format!("hydrosysid {verb} {}", campaign.display())
 }
 
-/// A comparison of one run and degree of freedom with the error that the noise of the model predicts there.
+/// The error of one run and degree of freedom, with the error that the noise of the model predicts
+/// there.
 struct Row<'a> {
     of: &'a Disagreement,
     predicted: Option<f64>,
 }
 
 impl Row<'_> {
-    /// The error over the predicted one, or over the noise of the sensor where nothing is predicted.
+    /// Ratio of the error to the predicted error, or to the noise of the sensor if there is no
+    /// prediction.
     fn times(&self) -> f64 {
         self.of.rms / self.predicted.unwrap_or(self.of.noise_floor).max(f64::MIN_POSITIVE)
     }
@@ -93,7 +98,7 @@ fn worst_of_each_run<'a>(rows: &'a [Disagreement], found: Option<&Noise>) -> Vec
     worst
 }
 
-/// Prints verdict and table; whether the model may lack something.
+/// Prints verdict and table; returns whether the model may lack something.
 fn print_runs(rows: &[Disagreement], found: Option<&Noise>, output: &Output) -> bool {
     let worst = worst_of_each_run(rows, found);
     let (text, errs) = verdict(&worst, found);
@@ -108,8 +113,8 @@ fn print_runs(rows: &[Disagreement], found: Option<&Noise>, output: &Output) -> 
     errs
 }
 
-/// How the runs that took no part are predicted, or all of them where every run took part; then the random force. And
-/// whether the model may lack something.
+/// The verdict about the held-out runs, or about all runs if none is held out, then the random
+/// force; and whether the model may lack something.
 fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
     let held: Vec<&Row<'_>> = worst.iter().filter(|row| row.of.role == Role::Validate).collect();
     let (judged, which) = match held.is_empty() {
@@ -127,7 +132,8 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
     let place = format!("{} of {}", most.of.dof, most.of.run);
     let runs = count(judged.len(), "run");
     let text = match erring.len() {
-        // a controller answers what pushes the vehicle, and a free run of its commands has the answers without the pushes
+        // a controller reacts to disturbances; a free simulation with its commands has the
+        // reactions without the disturbances
         0 if !off.is_empty() => format!(
             "The model errs as predicted 8 s ahead on {runs} {which}. Left to itself it drifts {} times as far as predicted in \
              {place}, as motion does that is hardly stable, or where a controller steers and its commands answer what pushed the vehicle.",
@@ -150,7 +156,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
     (text + &noise + &weak.unwrap_or_default(), !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
 }
 
-/// One row a run: its worst degree of freedom.
+/// One row per run: its worst degree of freedom.
 fn print_table(worst: &[Row<'_>], output: &Output) {
     let cell = |row: &Row<'_>| {
         let mark = if row.of.pieces > 1 { " *" } else { "" };
@@ -197,7 +203,7 @@ fn every_degree_of_freedom(rows: &[Disagreement], found: Option<&Noise>) -> Stri
     table(&["run", "dof", "|error| (25)", "rms", "noise", "predicted", "fit %", "pieces", "unit"], &rows)
 }
 
-/// Published parameters beside the own ones; how either predicts with `--verbose`.
+/// Prints published parameters beside the estimates; with `--verbose` also how well both predict.
 fn print_published(found: &PublishedComparison, output: &Output) {
     answer::verdict(&published_verdict(found), output);
     let verbose = output.is_verbose();

@@ -1,4 +1,4 @@
-//! The verb `convert`: a log as plain CSV in SI units.
+//! The verb `convert`: writes a log as plain CSV in SI units.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,8 +16,8 @@ use crate::log::{self, LogOptions};
 use crate::text_file;
 use crate::wording::count;
 
-/// Ends of the names of logs that only the Python package reads, and the extra that it needs for them: what there is to go
-/// by where a log is a folder, or is not there.
+/// File extensions of logs that only the Python package reads, with the extra that it needs for
+/// them. They are used only if the log cannot be opened.
 const ELSEWHERE: [(&str, &str); 16] = [
     ("bag", "ros"),
     ("db3", "ros"),
@@ -37,13 +37,13 @@ const ELSEWHERE: [(&str, &str); 16] = [
     ("npy", ""),
 ];
 
-/// What a log is that the library does not read, and the extra of the Python package that reads it: by its first bytes,
-/// whatever it is called.
+/// The kind of a log that the library does not read, and the extra of the Python package that reads
+/// it; determined from its first bytes, independent of its name.
 fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
     if log.is_dir() {
         return Some(("a folder, as a ROS 2 bag is".into(), "ros"));
     }
-    // a pipe can be read but once: its reader tells what it is
+    // a pipe can be read only once: its reader determines the kind
     if log.exists() && !log.is_file() {
         return None;
     }
@@ -61,7 +61,8 @@ fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
     }
 }
 
-/// Refuses a log in a format that the library does not read, and says who does.
+/// Refuses a log in a format that the library does not read, with the name of the package that
+/// does.
 fn reads(log: &Path) -> Result<(), Failure> {
     elsewhere(log).map_or(Ok(()), |(what, extra)| {
         let package = if extra.is_empty() { "hydrosysid".to_string() } else { format!("hydrosysid[{extra}]") };
@@ -73,7 +74,7 @@ fn reads(log: &Path) -> Result<(), Failure> {
     })
 }
 
-/// The options of a map file, with those that were typed beside it.
+/// The options of a map file together with those of the command line.
 fn mapped(map: Option<&Path>, typed: &Reading) -> Result<LogOptions, Failure> {
     let Some(path) = map else { return reading(typed) };
     let read = text_file::read(path);

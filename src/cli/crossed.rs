@@ -1,4 +1,5 @@
-//! `compare --cross`: the model of each run on every other run, as matrices that fit a terminal.
+//! `compare --cross`: the model of each run on every other run, as matrices that fit into a
+//! terminal.
 
 use super::answer;
 use super::output::Output;
@@ -7,13 +8,15 @@ use crate::campaign::{Crossed, EachRun};
 use crate::frame::Measured;
 use crate::wording::count;
 
-/// Characters of a column of the matrix, the blanks between two among them.
+/// Width of a column of the matrix, characters, including the blanks between two columns.
 const CELL: usize = 7;
 
-/// Median error on other runs, in units of that on the own one, from which on models carry over badly.
+/// Ratio of the median error on other runs to that on the own run, above which models carry over
+/// poorly.
 const POORLY: f64 = 2.0;
 
-/// The verdict, and the matrix of the degree of freedom in which the models carry over worst; all with `--verbose`.
+/// Prints the verdict and the matrix of the degree of freedom in which the models carry over worst;
+/// all with `--verbose`.
 pub(super) fn print(found: &EachRun, output: &Output) {
     if found.models.len() < 2 {
         answer::verdict("Fewer than two runs can stand alone: there is nothing to cross.", output);
@@ -60,7 +63,8 @@ fn rms(cell: &Crossed) -> f64 {
     cell.mean_abs.hypot(cell.std_abs)
 }
 
-/// Median over the models of (median error on other runs over error on the own run); `None` where there are no others.
+/// Median over the models of (median error on other runs / error on the own run); `None` if there
+/// are no other runs.
 fn apart(found: &EachRun, dof: &Measured) -> Option<f64> {
     let of_model = |model: &str| {
         let cells = || found.crossed.iter().filter(|c| c.dof == *dof && c.model == model);
@@ -76,7 +80,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// A row a model, a numbered column a run: as many columns a block as the terminal holds.
+/// Prints one row per model and one numbered column per run, in blocks of as many columns as fit
+/// into the terminal.
 fn matrix(found: &EachRun, dof: &Measured, output: &Output) {
     let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == *dof).collect();
     let mut runs: Vec<&str> = Vec::new();
@@ -113,7 +118,7 @@ fn matrix(found: &EachRun, dof: &Measured, output: &Output) {
     }
 }
 
-/// At most five characters: `4.10`, `81.4`, `1520`, `>1e4`.
+/// A number in at most five characters: `4.10`, `81.4`, `1520`, `>1e4`.
 fn short(x: f64) -> String {
     match x {
         x if !x.is_finite() || x >= 1e4 => ">1e4".into(),

@@ -1,4 +1,4 @@
-//! `compare MODEL_A MODEL_B`: two models against each other.
+//! `compare MODEL_A MODEL_B`: differences of two models.
 
 use super::answer;
 use super::output::Output;
@@ -6,12 +6,12 @@ use super::table::{measured, number, table};
 use crate::campaign::{ModelDifference, ParameterDifference};
 use crate::wording::{count, p_value, probability};
 
-/// Level at which a difference is told as one.
+/// Level of significance of a difference.
 const LEVEL: f64 = 0.01;
 
 pub(super) fn print(found: &ModelDifference, output: &Output) {
     answer::verdict(&verdict(found), output);
-    // a row a parameter; the widest columns are for who asks
+    // one row per parameter; the widest columns are shown on request only
     let row = |p: &ParameterDifference| {
         let place = found.parameters.iter().filter(|q| q.effect == p.effect).count() > 1;
         let name = if place { format!("{} {}", p.effect, p.name) } else { p.effect.clone() };

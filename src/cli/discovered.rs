@@ -1,4 +1,5 @@
-//! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
+//! The terminal output of `discover`: the verdict, what is missing, the gap after each step, where
+//! it occurs, what next.
 
 use super::answer;
 use super::output::Output;
@@ -8,7 +9,7 @@ use crate::effects::id;
 use crate::frame::Measured;
 use crate::wording::probability;
 
-/// Most places and sizes that are printed; the JSON has them all.
+/// Maximum number of printed places, and half that of printed sizes; the JSON contains all.
 const SHOWN: usize = 5;
 
 /// Prints a discovery.
@@ -50,13 +51,13 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     }
 }
 
-/// The value and its deviation, and the least and the greatest where each run has its own.
+/// The value and its standard deviation, with the least and the greatest if each run has its own.
 fn value(p: &FoundParameter) -> String {
     let told = |value: f64| measured(value, Some(p.std));
     p.by_run(told).unwrap_or_else(|| told(p.value))
 }
 
-/// What is missing; common names, probabilities and what is possible as well where `all` is asked for.
+/// The missing effects; with `all` also common names, probabilities and alternatives.
 fn effects(found: &Discovery, all: bool) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for effect in &found.effects {
@@ -79,7 +80,7 @@ fn effects(found: &Discovery, all: bool) -> String {
         }
     }
     let mut headers = vec!["effect", "common name", "symbol", "value ± std", "unit", "p", "also possible"];
-    // beside something that has no name a probability would read as a proof
+    // beside an unexplained remainder a probability would read as a proof
     if !found.names_are_all() {
         headers.remove(5);
         rows.iter_mut().for_each(|row| drop(row.remove(5)));
@@ -95,7 +96,8 @@ fn effects(found: &Discovery, all: bool) -> String {
     table(&headers, &rows)
 }
 
-/// One row a step, one column a measured quantity: error and, in brackets, how many times the noise that is.
+/// One row per step, one column per measured quantity: the error and, in brackets, its ratio to the
+/// noise.
 fn gap(found: &Discovery) -> String {
     let Some(first) = found.gap.first() else { return String::new() };
     let columns: Vec<&Measured> = first.held_out_rms.keys().collect();
@@ -104,7 +106,7 @@ fn gap(found: &Discovery) -> String {
         let later = if step.dropped { " (dropped later)" } else { "" };
         let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}{later}"));
         let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
-            // what is simulated has left all bounds
+            // the simulation has diverged
             (Some(rms), _) if !rms.is_finite() => "runs away".into(),
             (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", size(*rms), rms / noise),
             (Some(rms), _) => size(*rms),
@@ -121,7 +123,8 @@ fn gap(found: &Discovery) -> String {
     table(&headers, &rows)
 }
 
-/// Where the baseline disagrees: the missing force in a sentence a degree of freedom, then the worst places.
+/// Prints where the baseline disagrees: the missing force in one sentence per degree of freedom,
+/// then the worst places.
 fn place(found: &Discovery, output: &Output) {
     if found.verdict == Verdict::NothingMissing || (found.places.is_empty() && found.residuals.is_empty()) {
         return;
@@ -148,7 +151,8 @@ fn place(found: &Discovery, output: &Output) {
     }
 }
 
-/// What the data could have shown, where nothing more was found: the effects that are asked for most.
+/// Prints the effects that the data could have shown, if nothing unexplained remains: those that
+/// users ask for most.
 fn smallest(found: &Discovery, output: &Output) {
     if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;

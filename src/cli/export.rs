@@ -11,7 +11,7 @@ use crate::export::{self, ExportOptions, Target};
 use crate::nearest::nearest;
 use crate::wording::count;
 
-/// A target as it is listed.
+/// A target in the list.
 #[derive(serde::Serialize)]
 struct Listed {
     target: Target,
@@ -21,7 +21,7 @@ struct Listed {
 
 pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
     let (Some(file), Some(name)) = (&a.file, &a.to) else { return list(a, output) };
-    // what goes to standard output is the file itself
+    // standard output gets the file itself
     let place = a.output.as_deref().filter(|path| !Output::is_stdout(path));
     output.may_write(place)?;
     let target = Target::from_name(name).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! Why the command did not do its work, and with which exit code it says so.
+//! Errors of the command and their exit codes.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::finding::Finding;
 use crate::text_file;
 use crate::wording::count;
 
-/// Why the command failed.
+/// Error of the command.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Failure {
     /// The library refused.
@@ -22,10 +22,10 @@ pub(super) enum Failure {
     /// Nothing can be exported.
     #[error(transparent)]
     Export(#[from] crate::export::ExportError),
-    /// An output is there already.
+    /// An output exists already.
     #[error("{} exists: choose another name, or replace it with --force", .0.display())]
     Exists(PathBuf),
-    /// An output over what the call reads.
+    /// An output that would replace an input of the call.
     #[error("{}: this call reads that file, and no output replaces it: choose another name", .0.display())]
     Input(PathBuf),
     /// An output cannot be written.
@@ -33,7 +33,7 @@ pub(super) enum Failure {
     Write {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// An input cannot be read.
@@ -41,7 +41,7 @@ pub(super) enum Failure {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// The page cannot be served.
@@ -50,29 +50,29 @@ pub(super) enum Failure {
     /// The demo cannot be made.
     #[error(transparent)]
     Demo(#[from] crate::demo::DemoError),
-    /// An argument that clap cannot judge.
+    /// An argument with an error that clap cannot detect.
     #[error("{0}")]
     Argument(String),
-    /// A log beside a campaign where one of them is wanted, and the like.
+    /// Refused inputs, such as the red logs of a check.
     #[error("{} of {what} was refused", .refused)]
     Refused {
-        /// How many.
+        /// Number of refused ones.
         refused: usize,
-        /// Of what.
+        /// What they are.
         what: &'static str,
-        /// Findings that say why.
+        /// Findings with the reasons.
         findings: Vec<Finding>,
     },
-    /// The work was ended.
+    /// The work was stopped.
     #[error(transparent)]
     Stopped(#[from] crate::progress::Stopped),
-    /// Warnings, where `--strict` takes them as errors.
+    /// Warnings that `--strict` treats as errors.
     #[error("{}, and --strict takes warnings as errors", count(*.0, "warning"))]
     Strict(usize),
 }
 
 impl Failure {
-    /// 1: the data; 2: the call.
+    /// 1: an error of the data; 2: an error of the call.
     pub fn exit_code(&self) -> u8 {
         match self {
             Failure::Library(error) if !error.is_wrong_use() => 1,

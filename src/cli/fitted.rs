@@ -1,4 +1,4 @@
-//! A fit as tables for people.
+//! Tables of a fit for people.
 
 use super::arguments as typed;
 use super::output::Output;
@@ -9,10 +9,11 @@ use crate::campaign::{self, Fit, Noise};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
 
-/// The verdict and the parameters; warnings follow on standard error. With `--verbose` noise, stages, curves of thrusters,
-/// filters, and what speaks for the estimates. What was asked for by an option is shown in any case.
+/// Prints the verdict and the parameters; warnings follow on standard error. With `--verbose` also
+/// noise, stages, thruster curves, filters, and the evidence for the estimates. Results that an
+/// option requests are always shown.
 pub(super) fn print(fitted: &Fit, output: &Output) {
-    // with --verbose the random force has a table
+    // with --verbose the random force has its own table
     let forces = fitted.noise.as_ref().filter(|_| !output.is_verbose()).and_then(Noise::forces);
     let rest = answer::verdict_with(&fitted.sentence, forces.as_deref(), output);
     parameters(fitted, output);
@@ -35,13 +36,13 @@ pub(super) fn print(fitted: &Fit, output: &Output) {
     }
 }
 
-/// The command to type next.
+/// Prints the command to type next.
 pub(super) fn print_next(fitted: &Fit, a: &typed::Fit, output: &Output) {
     let campaign = a.campaign.display();
-    // as it was fitted
+    // the same estimator as in this fit
     let by = a.estimator.map(Estimator::from);
     let by = by.map_or(String::new(), |estimator| format!(" --estimator {}", estimator.name()));
-    // no effect makes up for a thruster that pushes the wrong way
+    // no effect can make up for a thruster that pushes the wrong way
     let is_usable = fitted.converged && !fitted.is_at_rest() && !fitted.is_misplaced();
     let next = match (is_usable, fitted.may_lack(), &a.model) {
         (false, ..) => format!("hydrosysid check {campaign}"),
@@ -52,7 +53,8 @@ pub(super) fn print_next(fitted: &Fit, a: &typed::Fit, output: &Output) {
     answer::next(&next, output);
 }
 
-/// A term and its symbol, its value, its unit; SNAME's name and value and the paper's deviation with `--verbose`.
+/// Prints term, symbol, value and unit; with `--verbose` also SNAME's name and value and the
+/// paper's standard deviation.
 fn parameters(fitted: &Fit, output: &Output) {
     let verbose = output.is_verbose();
     let mark = if fitted.converged { String::new() } else { format!(" {UNSETTLED}") };
@@ -91,7 +93,7 @@ fn parameters(fitted: &Fit, output: &Output) {
     }
 }
 
-/// What each fit was made from, and its condition numbers.
+/// Prints the rows of each stage and its condition numbers.
 fn print_rows(fitted: &Fit, output: &Output) {
     let rows: Vec<Vec<String>> = fitted
         .stages
@@ -111,7 +113,7 @@ fn print_rows(fitted: &Fit, output: &Output) {
     output.print(&table(&["stage", "dof", "runs", "rows", "residual", "cond(HᵀH)", "cond scaled"], &rows));
 }
 
-/// Curves of thrusters that were found from bollard tables, equation (1).
+/// Prints the thruster curves that were fitted to bollard tables, equation (1).
 fn print_thrusters(fitted: &Fit, output: &Output) {
     let told = |e: Estimate| measured(e.value, Some(e.std).filter(|std| *std > 0.0));
     let of_curve = |curve: &campaign::FittedCurve| {
@@ -135,7 +137,7 @@ fn print_thrusters(fitted: &Fit, output: &Output) {
     }
 }
 
-/// What speaks for the estimates, and what against.
+/// Prints the evidence for and against the estimates.
 fn print_identifiability(fitted: &Fit, output: &Output) {
     let Some(known) = &fitted.identifiability else { return };
     let told = |x: Option<f64>| x.map_or("-".to_string(), number);
@@ -162,11 +164,12 @@ fn print_identifiability(fitted: &Fit, output: &Output) {
     }
 }
 
-/// What each stage has found: drag towed beside propelled with J, each oscillation with its flow numbers.
+/// Prints the estimates of each stage: towed beside propelled drag with J, each oscillation with
+/// its flow numbers.
 fn print_stages(fitted: &Fit, output: &Output) {
     let of_stage = |s: &campaign::FitStage| -> Vec<Vec<String>> {
         let run = if s.runs.len() == 1 { s.runs[0].clone() } else { format!("{} runs", s.runs.len()) };
-        // J of Table 3 is the square of the residual's deviation in N or N m
+        // J of Table 3 is the variance of the residual, in N² or (N m)²
         let forces = ["bollard", "towing", "steady"].contains(&s.name.split(' ').next().unwrap_or_default());
         let mut rows: Vec<Vec<String>> =
             s.estimates.iter().map(|e| vec![e.name.clone(), measured(e.value, Some(e.std)), e.unit.clone()]).collect();
@@ -187,7 +190,8 @@ fn print_stages(fitted: &Fit, output: &Output) {
     }
 }
 
-/// How far each estimate moves with window and degree of the filter, those of all runs together.
+/// Prints the variation of each estimate with window and degree of the filter, for estimates from
+/// all runs together.
 pub(super) fn print_filters(spreads: &[Spread], output: &Output) {
     let together = |s: &&Spread| !s.stage.contains(' ') && !["bollard", "towing", "steady"].contains(&s.stage.as_str());
     let rows: Vec<Vec<String>> = spreads

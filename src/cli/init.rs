@@ -1,4 +1,4 @@
-//! The verb `init`: where the campaign goes, logs copied beside it, the text written.
+//! The verb `init`: chooses the place of the campaign, copies logs beside it, writes its text.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -15,17 +15,17 @@ use crate::atomic_file;
 use crate::campaign::{self, InitFacts, InitRequest, Learned};
 use crate::wording::count;
 
-/// The campaign file that is asked for: a name without `.toml` is a folder.
+/// The requested campaign file: a name without `.toml` is a folder.
 fn campaign_file(output: &Path) -> PathBuf {
     let file = output.extension().is_some_and(|e| e == "toml") && !output.is_dir();
     if file { output.to_path_buf() } else { output.join("campaign.toml") }
 }
 
 pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
-    // a file that is there is a file; anything else may be a folder
+    // an existing file is a file; anything else may be a folder
     let to = |path: &Path| if path.is_file() { path.to_path_buf() } else { campaign_file(path) };
     let file = a.output.as_deref().map(to);
-    // an earlier call that could read no log stands in nobody's way
+    // a campaign of an earlier call that could read no log may be replaced
     let is_void = file
         .as_deref()
         .and_then(|file| crate::text_file::read(file).ok())
@@ -102,7 +102,7 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     output.json(
         &serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}),
     )?;
-    // a campaign without a run cannot be checked; options of reading may help
+    // a campaign without a run cannot be checked; reading options may help
     match is_unread {
         true => answer::next("hydrosysid init --help", output),
         false => answer::next(&format!("hydrosysid check {}", place.display()), output),
@@ -110,7 +110,7 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The path of a log from `folder` on, `None` where it lies elsewhere.
+/// The path of a log relative to `folder`; `None` if it is elsewhere.
 fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
     let whole =
         |path: &Path| std::path::absolute(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source });
@@ -125,7 +125,7 @@ fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
     Ok(found.ok().map(|p| p.display().to_string()))
 }
 
-/// Copies a file; one that is there already is left where it holds the same.
+/// Copies a file; an existing one with the same content is left.
 fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     let unread = |source| Failure::Read { file: from.to_path_buf(), source };
     let mut log = File::open(from).map_err(unread)?;
@@ -141,7 +141,8 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Whether two files hold the same, a piece at a time: a log may be larger than the memory.
+/// Whether two files have the same content, compared piece by piece: a log may be larger than the
+/// memory.
 fn is_same(one: &File, other: &File) -> std::io::Result<bool> {
     if one.metadata()?.len() != other.metadata()?.len() {
         return Ok(false);

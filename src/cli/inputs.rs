@@ -1,4 +1,4 @@
-//! The files that a call reads: no output replaces what it is made from.
+//! The files that a call reads: no output may replace one of its inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ pub(super) fn of(verb: &Verb) -> Vec<PathBuf> {
     found
 }
 
-/// Refuses what cannot be read again and again.
+/// Refuses a path that cannot be read more than once, such as a pipe.
 pub(super) fn is_a_file(path: &Path) -> Result<(), Failure> {
     let unread = |source| Failure::Read { file: path.to_path_buf(), source };
     match path.metadata().map_err(unread)? {
@@ -45,10 +45,10 @@ pub(super) fn is_a_file(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a campaign that a verb reads more than once, where it is a pipe.
+/// Refuses a pipe as the campaign of a verb that reads it more than once.
 pub(super) fn can_be_read_again(verb: &Verb) -> Result<(), Failure> {
     let campaign = match verb {
-        // whether its logs are too large to keep; whether it is a model; its hash
+        // reasons for a second read: size of its logs; whether it is a model; its hash
         Verb::Fit(a) => &a.campaign,
         Verb::Plan(a) => &a.source,
         Verb::Report(a) => &a.campaign,
@@ -56,7 +56,7 @@ pub(super) fn can_be_read_again(verb: &Verb) -> Result<(), Failure> {
     };
     match campaign.metadata() {
         Ok(about) if !about.is_dir() => is_a_file(campaign),
-        // what is not there is told by who reads it
+        // the reader of the file reports a missing one
         _ => Ok(()),
     }
 }
@@ -64,7 +64,7 @@ pub(super) fn can_be_read_again(verb: &Verb) -> Result<(), Failure> {
 /// Whether `output` is one of `inputs`, or a log or table that a campaign among them names.
 pub(super) fn hold(inputs: &[PathBuf], output: &Path) -> bool {
     let read = ReadOptions { allow_outside: true, look_for_files: false, ..ReadOptions::default() };
-    // a folder stands for the campaign in it; a pipe gives what it holds only once
+    // a folder means the campaign in it; a pipe can be read only once
     let files = inputs.iter().map(|path| CampaignFile::at(path)).filter(|path| path.is_file());
     files.into_iter().any(|path| {
         let path = path.as_path();
@@ -80,7 +80,7 @@ fn names(campaign: &CampaignFile, output: &Path) -> bool {
     logs.chain(tables).any(|file| is_same(&campaign.folder().join(file), output))
 }
 
-/// Whether two paths lead to one file.
+/// Whether two paths lead to the same file.
 fn is_same(a: &Path, b: &Path) -> bool {
     let (Ok(a), Ok(b)) = (a.canonicalize(), b.canonicalize()) else { return false };
     if a == b {
@@ -90,7 +90,7 @@ fn is_same(a: &Path, b: &Path) -> bool {
     {
         use std::os::unix::fs::MetadataExt;
         let place = |path: &Path| path.metadata().map(|found| (found.dev(), found.ino()));
-        // one file under two names
+        // one file with two names
         place(&a).is_ok_and(|a| place(&b).is_ok_and(|b| a == b))
     }
     #[cfg(not(unix))]

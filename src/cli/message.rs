@@ -1,4 +1,4 @@
-//! Findings and errors as people read them: the place, the line with a caret, what to do.
+//! Findings and errors for people: the place, the line with a caret, what to do.
 
 use std::fmt::Write;
 
@@ -17,7 +17,8 @@ const BLUE: &str = "\x1b[1;34m";
 const BOLD: &str = "\x1b[1m";
 const PLAIN: &str = "\x1b[0m";
 
-/// Longest line of a file that is shown, in characters: a wider one is cut around what is meant.
+/// Maximum length of a displayed line of a file, in characters: a longer one is cut around the
+/// error.
 const WIDTH: usize = Quote::WIDTH;
 
 /// One finding: `warning: message [L105 gap]`.
@@ -30,7 +31,8 @@ pub(super) fn finding(finding: &Finding) -> String {
     format!("{colour}{word}{PLAIN}{}", hanging(&format!(": {finding}"), word.len(), width()))
 }
 
-/// A text behind a word of this length in lines that the terminal holds, those that go on set in by two.
+/// A text after a word of length `behind`, folded to the width of the terminal; continuation lines
+/// are indented by two.
 pub(super) fn hanging(text: &str, behind: usize, width: Option<usize>) -> String {
     let Some(width) = width else { return text.to_string() };
     let text = "x".repeat(behind) + text;
@@ -42,17 +44,17 @@ pub(super) fn hanging(text: &str, behind: usize, width: Option<usize>) -> String
     text.split('\n').map(fold).collect::<Vec<_>>().join("\n")[behind..].to_string()
 }
 
-/// Most files whose places are listed beside the first.
+/// Maximum number of files that are listed beside the first finding, and of places in each.
 const LISTED: usize = 6;
 
-/// Findings of one code as one: the first in full, then how many more there are and where. Everything in full with
-/// `--verbose`.
+/// Findings grouped by code: the first in full, then the number of others and their places. With
+/// `--verbose` all in full.
 pub(super) fn grouped(findings: &[Finding], verbose: bool) -> Vec<String> {
     let mut groups: Vec<Vec<&Finding>> = Vec::new();
     for one in findings {
         match groups.iter_mut().find(|group| !verbose && group[0].code == one.code && group[0].severity == one.severity)
         {
-            // the same is not said twice
+            // identical findings are printed once
             Some(group) if group.contains(&one) => {}
             Some(group) => group.push(one),
             None => groups.push(vec![one]),
@@ -68,7 +70,7 @@ pub(super) fn grouped(findings: &[Finding], verbose: bool) -> Vec<String> {
     groups.iter().map(told).collect()
 }
 
-/// `: run01.csv (tau_u, tau_v), run02.csv (line 8 u)`; nothing where findings have no place.
+/// `: run01.csv (tau_u, tau_v), run02.csv (line 8 u)`; empty if findings have no place.
 fn places(findings: &[&Finding]) -> String {
     let mut files: Vec<(&str, Vec<String>)> = Vec::new();
     for one in findings {
@@ -96,7 +98,7 @@ fn places(findings: &[&Finding]) -> String {
     }
 }
 
-/// A finding with its cell where it has one.
+/// A finding, with its cell if it has one.
 fn in_full(one: &Finding) -> String {
     let mut text = finding(one);
     if let (Some(quote), Some(line)) = (&one.quote, one.line) {
@@ -105,7 +107,7 @@ fn in_full(one: &Finding) -> String {
     text
 }
 
-/// Tells why the command failed.
+/// Prints why the command failed.
 pub(super) fn failure(failure: &Failure, output: &Output) {
     let text = match failure {
         Failure::Library(Error::File(errors)) | Failure::Export(ExportError::Campaign(errors)) => campaign(errors),
@@ -118,7 +120,7 @@ pub(super) fn failure(failure: &Failure, output: &Output) {
     output.complain(&text);
 }
 
-/// Everything that is wrong with a campaign file, each with its line.
+/// All errors of a campaign file, each with its line.
 fn campaign(errors: &CampaignErrors) -> String {
     let mut text = String::new();
     for error in &errors.errors {
@@ -141,7 +143,7 @@ fn in_campaign(error: &CampaignError, text: &str) -> String {
     out
 }
 
-/// A line, or of a long one what is around, and `^^^` under `length` characters from `column` on (from 1).
+/// A line, or a part of a long one, with `^^^` under `length` characters from `column` on (from 1).
 fn caret(line: &str, number: u64, column: usize, length: usize) -> String {
     let margin = number.to_string();
     let blank = " ".repeat(margin.len());

@@ -1,7 +1,8 @@
-//! The `hydrosysid` command: reads arguments, calls one function of the library, prints what it returns.
+//! The `hydrosysid` command: reads arguments, calls one function of the library, prints its result.
 //!
-//! People get tables on standard output, programs get JSON by `--json`; progress and messages go to standard error.
-//! Exit codes: 0 done, 1 data rejected or the work not possible with it, 2 usage error.
+//! People get tables on standard output, programs get JSON with `--json`; progress and messages go
+//! to standard error. Exit codes: 0 done, 1 data rejected or unsuitable for the work, 2 usage
+//! error.
 
 mod answer;
 mod arguments;
@@ -56,7 +57,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
         Err(told) => {
-            // a reader that has gone is nobody's fault here, a full disk is told
+            // a reader that closed the pipe is no error here; a full disk gives exit code 2
             let is_lost = told.print().and_then(|()| std::io::stdout().flush());
             let is_lost = is_lost.is_err_and(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
             return if is_lost { 2 } else { u8::try_from(told.exit_code()).unwrap_or(2) };
@@ -64,7 +65,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     };
     let output = Output::new(&arguments.shared, inputs::of(&arguments.verb), typed);
     if let Some(jobs) = arguments.shared.jobs {
-        // the pool is made at its first use; where one is there already, it stays as it is
+        // the pool is made at its first use; an existing pool stays unchanged
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.min(cores())).build_global();
     }
     let once = inputs::can_be_read_again(&arguments.verb);
@@ -77,12 +78,12 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     }
 }
 
-/// Cores that this process may use: more threads would only take memory.
+/// Number of cores that this process may use: more threads would only take memory.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// One line a verb.
+/// Calls the function of the verb.
 fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
     match &arguments.verb {
         Verb::Demo(a) => show::demo(a, output),

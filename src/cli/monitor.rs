@@ -1,4 +1,4 @@
-//! The verb `monitor`: a model along new logs.
+//! The verb `monitor`: checks a model on new logs.
 
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub(super) fn monitor(a: &Monitor, output: &Output) -> Result<(), Failure> {
     output.json(&found)?;
     output.tell(&found.watch.warnings)?;
     let (model, first) = (a.model.display(), a.logs[0].display());
-    // a model that fits is used, one that does not is fitted anew
+    // a model that fits is used; one that does not is fitted anew
     let next = match found.watch.fits {
         true => format!("hydrosysid export {model} --to kalman -o filter.json"),
         false => format!("hydrosysid init {first} -o anew"),
@@ -47,7 +47,7 @@ pub(super) fn monitor(a: &Monitor, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Windows in a table: those that are off, or all of a short log.
+/// Maximum number of windows in the table: those that are off, or all of a short log.
 const SHOWN: usize = 24;
 
 fn print(watch: &Watch, output: &Output) {
@@ -55,7 +55,7 @@ fn print(watch: &Watch, output: &Output) {
     if !watch.reasons.is_empty() {
         let heads = ["likely reason", "parameter", "from", "to", "explains %", "what it means"];
         let rows: Vec<Vec<String>> = watch.reasons.iter().map(reason).collect();
-        // what the best one means stands in the verdict
+        // the verdict contains the meaning of the best reason
         let columns = if output.is_verbose() { heads.len() } else { heads.len() - 1 };
         let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row[..columns].to_vec()).collect();
         output.print(&table(&heads[..columns], &rows));
@@ -94,7 +94,7 @@ fn verdict(watch: &Watch) -> String {
     format!("the model no longer fits: {off} of {windows} are off.{since}{why}")
 }
 
-/// A row a run and degree of freedom.
+/// One row per run and degree of freedom.
 fn each_run(watch: &Watch, output: &Output) {
     let mut groups: Vec<Vec<&Window>> = Vec::new();
     for window in &watch.windows {

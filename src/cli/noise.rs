@@ -1,11 +1,12 @@
-//! Random force, noise of the sensors and errors of predictions as small tables for people.
+//! Tables for people of the random force, the noise of the sensors and the prediction errors.
 
 use super::output::Output;
 use super::table::{estimated, number, size, table};
 use crate::campaign::{Noise, Predicted};
 use crate::frame::Dof;
 
-/// The tables under a fit, whose deviations count where it `converged`: forces, sensors, and whether predictions err as predicted.
+/// Prints the tables of a fit: forces, sensors, and prediction errors with their expected size.
+/// Standard deviations are marked unless the fit `converged`.
 pub(super) fn print(noise: &Noise, converged: bool, output: &Output) {
     forces(noise, converged, output);
     sensors(noise, output);
@@ -61,7 +62,7 @@ fn sensors(noise: &Noise, output: &Output) {
     output.print(&table(&["sensor noise", "found", "stated", "typical", "correlated"], &rows));
 }
 
-/// Predictions of all runs together.
+/// A row for the predictions of all runs together.
 fn row(noise: &Noise, dof: Dof, ahead: f64) -> Option<Vec<String>> {
     let of: Vec<&Predicted> = noise.prediction.iter().filter(|p| p.dof == dof && p.ahead == Some(ahead)).collect();
     let mean = |f: &dyn Fn(&Predicted) -> f64| (of.iter().map(|p| f(p).powi(2)).sum::<f64>() / of.len() as f64).sqrt();
@@ -77,20 +78,21 @@ fn row(noise: &Noise, dof: Dof, ahead: f64) -> Option<Vec<String>> {
     (!of.is_empty()).then(|| vec![format!("{ahead} s"), dof.to_string(), size(rms), size(expected), unit, verdict])
 }
 
-/// The error of a free run that the noise lets expect, of one run and degree of freedom.
+/// The error of a free simulation that the noise model predicts, for one run and degree of freedom.
 pub(super) fn expected(noise: Option<&Noise>, run: &str, dof: Option<Dof>) -> Option<f64> {
     let of = |p: &&Predicted| p.run == run && Some(p.dof) == dof && p.ahead.is_none();
     noise?.prediction.iter().find(of).map(|p| p.expected)
 }
 
-/// Whether a run is predicted 8 s ahead, and within `times` what the noise lets expect, in every degree of freedom.
+/// Whether a run is predicted 8 s ahead with an error within `times` the expected one in every
+/// degree of freedom.
 pub(super) fn follows_ahead(noise: Option<&Noise>, run: &str, times: f64) -> bool {
     let ahead = |p: &&Predicted| p.run == run && p.ahead == Some(8.0);
     let mut ahead = noise.iter().flat_map(|noise| &noise.prediction).filter(ahead).peekable();
     ahead.peek().is_some() && ahead.all(|p| p.rms <= times * p.expected)
 }
 
-/// How each run is predicted so far ahead, run by run.
+/// Prints the prediction errors of each run, for each time ahead.
 pub(super) fn by_run(noise: &Noise, output: &Output) {
     let ahead = |p: &Predicted| match p.ahead {
         None => "free".to_string(),

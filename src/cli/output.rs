@@ -1,4 +1,5 @@
-//! Where results go: standard output, files written whole or not at all, and progress on a terminal.
+//! Output of results: standard output, files written completely or not at all, and progress on a
+//! terminal.
 
 use std::cell::RefCell;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -16,20 +17,21 @@ use crate::atomic_file;
 use crate::finding::{Finding, Severity};
 use crate::progress::{Watch, is_watched, watched};
 
-/// The words of a call that say what it is for: not those of colour, tables, silence and threads, which stay with who types.
+/// The words of a call without the options of colour, tables, silence and threads, which concern
+/// only the user who typed it.
 fn asked(words: &[String]) -> impl Iterator<Item = &String> {
     let presentational = |word: &str| match word.strip_prefix("--") {
         Some(long) => matches!(long, "no-color" | "verbose" | "quiet") || long.starts_with("jobs"),
-        // `-v`, `-vj2`; a negative number is none
+        // `-v`, `-vj2`; a negative number is no option
         None => word.strip_prefix('-').is_some_and(|short| short.starts_with(['v', 'q', 'j'])),
     };
-    // `-j 2`: the number stands apart
+    // `-j 2`: the number is a separate word
     let takes_next = |word: &str| word == "--jobs" || (!word.starts_with("--") && word.ends_with('j'));
     let follows = move |k: usize| k > 0 && presentational(&words[k - 1]) && takes_next(&words[k - 1]);
     (0..words.len()).filter(move |k| !presentational(&words[*k]) && !follows(*k)).map(|k| &words[k])
 }
 
-/// The outlets of one call.
+/// The outputs of one call.
 pub(super) struct Output {
     json: Option<PathBuf>,
     pub strict: bool,
@@ -37,7 +39,7 @@ pub(super) struct Output {
     quiet: bool,
     /// Files that the call reads.
     inputs: Vec<PathBuf>,
-    /// Why standard output did not take everything.
+    /// The error if standard output did not take everything.
     lost: RefCell<Option<std::io::Error>>,
     verbose: bool,
     /// The call as it was typed.
@@ -53,7 +55,8 @@ impl Output {
         Output { json: shared.json.clone(), strict, force, quiet, verbose, inputs, lost: RefCell::default(), typed }
     }
 
-    /// The call as it was typed, without how it is shown and worked on, and with what a shell would take apart in quotes.
+    /// The call as it was typed, without options of presentation and threads, with quotes where a
+    /// shell needs them.
     pub fn typed(&self) -> String {
         let plain = |c: char| c.is_alphanumeric() || "-_./=%+,:@".contains(c);
         let quoted = |word: &String| match !word.is_empty() && word.chars().all(plain) {
@@ -66,19 +69,20 @@ impl Output {
             .join(" ")
     }
 
-    /// Whether JSON takes standard output.
+    /// Whether JSON goes to standard output.
     pub fn json_on_stdout(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
-    /// Text for people, on standard output.
+    /// Prints text for people on standard output.
     pub fn print(&self, text: &str) {
         if !self.quiet && !self.json_on_stdout() {
             self.keep(writeln!(anstream::stdout(), "{text}"));
         }
     }
 
-    /// Keeps why standard output did not take what it was given: a full disk. A reader that has gone is no error.
+    /// Stores the error of a write to standard output, such as a full disk. A reader that closed
+    /// the pipe is no error.
     fn keep(&self, written: std::io::Result<()>) {
         if let Err(error) = written
             && error.kind() != ErrorKind::BrokenPipe
@@ -87,7 +91,7 @@ impl Output {
         }
     }
 
-    /// Whether standard output took everything.
+    /// Returns an error if standard output did not take everything.
     pub fn finish(&self) -> Result<(), Failure> {
         self.keep(anstream::stdout().flush());
         let failed = |source| Failure::Write { file: "standard output".into(), source };
@@ -99,12 +103,12 @@ impl Output {
         self.verbose
     }
 
-    /// Whether an output file is standard output: then the file alone is written there.
+    /// Whether an output file is standard output: then only the file is written there.
     pub fn is_stdout(path: &Path) -> bool {
         ["-", "/dev/stdout"].iter().any(|name| path == Path::new(name))
     }
 
-    /// What the call was for, on standard output whatever is quiet.
+    /// Prints the requested result on standard output, even with `--quiet`.
     pub fn hand_over(&self, text: &str) {
         self.keep(write!(anstream::stdout(), "{text}"));
     }
@@ -116,30 +120,30 @@ impl Output {
         }
     }
 
-    /// An error, on standard error whatever is quiet.
+    /// Prints an error on standard error, even with `--quiet`.
     pub fn complain(&self, text: &str) {
         let _ = writeln!(anstream::stderr(), "{text}");
     }
 
-    /// Refuses, before any work, an output that must not be replaced.
+    /// Refuses, before any work, outputs that must not be replaced.
     pub fn may_write(&self, path: Option<&Path>) -> Result<(), Failure> {
         let json = self.json.as_deref().filter(|_| !self.json_on_stdout());
         [path, json].into_iter().flatten().try_for_each(|path| self.may_replace(path))
     }
 
-    /// Refuses to replace a file without `--force`, and what the call reads at all.
+    /// Refuses to replace a file without `--force`, and an input of the call in any case.
     fn may_replace(&self, path: &Path) -> Result<(), Failure> {
         if inputs::hold(&self.inputs, path) {
             return Err(Failure::Input(path.to_path_buf()));
         }
-        // to write to a device or a pipe replaces nothing
+        // writing to a device or a pipe replaces nothing
         match !self.force && (path.is_file() || path.is_dir()) {
             true => Err(Failure::Exists(path.to_path_buf())),
             false => Ok(()),
         }
     }
 
-    /// Writes the JSON that was asked for.
+    /// Writes the requested JSON.
     pub fn json<T: Serialize>(&self, result: &T) -> Result<(), Failure> {
         let Some(path) = &self.json else { return Ok(()) };
         let text = serde_json::to_string_pretty(result)
@@ -151,13 +155,13 @@ impl Output {
         self.write(path, (text + "\n").as_bytes())
     }
 
-    /// Writes a file whole or not at all, and over another only where `--force` asks for it.
+    /// Writes a file completely or not at all; replaces an existing one only with `--force`.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         self.may_replace(path)?;
         self.rewrite(path, bytes)
     }
 
-    /// Writes a file whole over one that holds nothing to keep.
+    /// Writes a file completely, over an existing one without content worth keeping.
     pub fn rewrite(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         if inputs::hold(&self.inputs, path) {
             return Err(Failure::Input(path.to_path_buf()));
@@ -166,7 +170,7 @@ impl Output {
         atomic_file::write(path, |file| file.write_all(bytes)).map_err(failed)
     }
 
-    /// Turns until it is dropped, where standard error is a terminal.
+    /// A spinner that turns until it is dropped, if standard error is a terminal.
     pub fn busy(&self, what: &str) -> ProgressBar {
         if self.quiet || !std::io::stderr().is_terminal() {
             return ProgressBar::hidden();
@@ -179,8 +183,8 @@ impl Output {
         bar
     }
 
-    /// Does `work`, which may say of itself what it is at; shown where standard error is a terminal, unless whoever called
-    /// the command watches it already.
+    /// Does `work`, which may report its own progress; shown if standard error is a terminal,
+    /// unless the caller of the command already watches it.
     pub fn working<R: Send>(&self, what: &str, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
         if is_watched() {
             return Ok(work());
@@ -200,7 +204,7 @@ impl Output {
         Ok(done?)
     }
 
-    /// Counts to `total`, where standard error is a terminal.
+    /// A progress bar that counts to `total`, if standard error is a terminal.
     pub fn counted(&self, what: &str, total: usize) -> ProgressBar {
         if self.quiet || !std::io::stderr().is_terminal() {
             return ProgressBar::hidden();
@@ -212,7 +216,8 @@ impl Output {
         bar
     }
 
-    /// Tells findings, one of each kind with its places, and refuses them where `--strict` asks for it.
+    /// Prints findings, one of each kind with its places; returns an error for warnings with
+    /// `--strict`.
     pub fn tell(&self, findings: &[Finding]) -> Result<(), Failure> {
         for told in super::message::grouped(findings, self.verbose) {
             self.remark(&told);

@@ -1,4 +1,4 @@
-//! The verb that plans the next runs.
+//! The verb `plan`: proposes the next runs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -60,7 +60,7 @@ pub(super) fn plan(a: &typed::Plan, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writing the plan, then rehearsing it; a model that is good enough is used.
+/// The next command: write the plan, then rehearse it; if no run is needed, export the parameters.
 fn next(a: &typed::Plan, made: &Plan, output: &Output) -> String {
     let source = a.source.display();
     match (&a.output, &a.runs) {
@@ -71,7 +71,7 @@ fn next(a: &typed::Plan, made: &Plan, output: &Output) -> String {
         (None, Some(runs)) if made.rehearsal.is_none() => {
             format!("hydrosysid plan {source} --runs {} --rehearse 50", runs.display())
         }
-        // as it was asked, with a folder for the command histories
+        // the same call, with a folder for the command histories
         (None, _) => format!("{} -o plan", output.typed()),
     }
 }
@@ -81,7 +81,7 @@ fn source(a: &typed::Plan, output: &Output) -> Result<PlanSource, Failure> {
     let file = CampaignFile::at(&a.source);
     let read = |source| Failure::Read { file: file.clone(), source };
     let text = text_file::read(&file).map_err(read)?;
-    // a model says which version wrote it, a campaign never does
+    // a model file contains the version that wrote it, a campaign never does
     let json = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let is_model = json || text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("hydrosysid"));
     if is_model {
@@ -118,7 +118,8 @@ fn told(path: &Path) -> Result<Vec<Manoeuvre>, Failure> {
     Ok(file.runs)
 }
 
-/// Most pushes of a run that are told one by one; more are the sines of a multisine, and stand in the plan's file.
+/// Maximum number of pushes of a run that are listed; more are the sines of a multisine, which the
+/// plan's file contains.
 const PUSHES: usize = 4;
 
 /// `surge 60 ± 45, 12 s; yaw ± 30 to 60°`.
@@ -158,7 +159,7 @@ fn print(made: &Plan, output: &Output) {
         let heads = ["run", "s", "push, N and N*m", "worst std/wanted", "up to", "m away"];
         output.print(&table(&heads[..if verbose { 6 } else { 4 }], &rows));
     }
-    // with nothing to run the parameters are the answer; a rehearsal was asked for
+    // without runs the parameters are the answer; a rehearsal was requested
     if verbose || rows.is_empty() || made.rehearsal.is_some() {
         print_parameters(made, output);
     }
@@ -193,7 +194,7 @@ fn print_parameters(made: &Plan, output: &Output) {
     output.print(&table(&heads, &rows));
 }
 
-/// The plan and the command histories, in a folder.
+/// Writes the plan and the command histories to a folder.
 fn write(made: &Plan, folder: &Path, output: &Output) -> Result<(), Failure> {
     let failed = |file: &Path, source| Failure::Write { file: file.to_path_buf(), source };
     std::fs::create_dir_all(folder).map_err(|e| failed(folder, e))?;

@@ -1,4 +1,4 @@
-//! Measured and simulated velocities in the terminal, where `--plot` asks for them.
+//! Measured and simulated velocities in the terminal, for `--plot`.
 
 use super::failure::Failure;
 use super::output::Output;
@@ -9,12 +9,12 @@ use crate::report::{Chart, terminal};
 use crate::report_content::motion_figure;
 use crate::run::Role;
 
-/// Width where standard output is no terminal, characters.
+/// Width if standard output is no terminal, characters.
 const WIDTH: usize = 80;
 /// Height of a plot, characters.
 const HEIGHT: usize = 16;
 
-/// Simulates `model` where plots are asked for, and draws them.
+/// Simulates `model` and draws plots, if plots are requested.
 pub(super) fn of_model(
     asked: Option<&str>,
     campaign: &Campaign,
@@ -22,12 +22,12 @@ pub(super) fn of_model(
     output: &Output,
 ) -> Result<(), Failure> {
     let Some(run) = asked else { return Ok(()) };
-    // what lies beyond the envelope has been told by the verb itself
+    // the verb itself has reported what lies outside the envelope
     let simulation = output.working("simulating", || campaign::simulate(campaign, model, &Default::default()))??;
     simulated(Some(run), &simulation, output)
 }
 
-/// Draws the run that was asked for; by the empty name those that took no part in the fit, or all where there are none.
+/// Draws the requested run; for an empty name the held-out runs, or all if there are none.
 pub(super) fn simulated(asked: Option<&str>, simulation: &Simulation, output: &Output) -> Result<(), Failure> {
     let Some(name) = asked else { return Ok(()) };
     let held_out = simulation.runs.iter().any(|run| run.role == Role::Validate);

@@ -9,7 +9,7 @@ use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Estimator, Fit, Resampler, Resampling};
 use crate::progress::{Watch, watched};
 
-/// A fit with its refits, as JSON.
+/// A fit with its refits, for JSON.
 #[derive(Serialize)]
 pub(super) struct Scattered<'a> {
     #[serde(flatten)]
@@ -17,7 +17,7 @@ pub(super) struct Scattered<'a> {
     pub resampling: &'a Resampling,
 }
 
-/// The refits that were asked for, shown as a table.
+/// The requested refits, printed as a table.
 pub(super) fn refits(
     a: &typed::Fit,
     loaded: &Campaign,

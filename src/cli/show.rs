@@ -1,4 +1,4 @@
-//! The verbs that show everything at once: the demo and the report.
+//! The verbs `demo` and `report`, which show everything at once.
 
 use super::answer;
 use super::arguments as typed;
@@ -92,7 +92,7 @@ fn print_demo(made: &Demo, output: &Output) {
     }
 }
 
-/// How near the staged estimates are to their truths, and whether the hidden effect was found.
+/// The share of staged estimates near their true values, and whether the hidden effect was found.
 fn demo_verdict(made: &Demo) -> String {
     let known: Vec<f64> = made
         .estimates
@@ -113,7 +113,7 @@ fn demo_verdict(made: &Demo) -> String {
     )
 }
 
-/// All tables of the staged procedure.
+/// Prints all tables of the staged procedure.
 fn print_staged(made: &Demo, output: &Output) {
     output.print(&format!("The staged procedure on the paper's runs, seed {}:", made.seed));
     let rows: Vec<Vec<String>> = made
@@ -185,7 +185,7 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
         true => None,
         false => match output.working("searching", || campaign::discover(&loaded))? {
             Ok(found) => Some(found),
-            // the rest of the report stands without it
+            // the rest of the report does not depend on it
             Err(error) => {
                 output.complain(&format!("warning: the report does not say what is missing: {error}"));
                 None
@@ -209,7 +209,7 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The report of a campaign, with where it comes from.
+/// The report of a campaign, with its origin.
 fn document_of(
     loaded: &Campaign,
     found: Option<&Discovery>,

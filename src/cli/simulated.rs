@@ -1,4 +1,4 @@
-//! What `simulate` says on a terminal: how far each run's simulation is from what was measured.
+//! The terminal output of `simulate`: the error of each run's simulation.
 
 use super::answer;
 use super::output::Output;
@@ -8,13 +8,14 @@ use crate::frame::Dof;
 use crate::run::Role;
 use crate::wording::count;
 
-/// The error of one run in the degree of freedom in which it is greatest beside the motion there.
+/// The error of one run in the degree of freedom in which it is greatest relative to the motion.
 struct Error {
     dof: Dof,
     rms: f64,
-    /// Root mean square of what this run measured there.
+    /// Root mean square of the measured velocity of this run.
     motion: f64,
-    /// Greatest root mean square of what was measured there, of all runs: a run that rests shows no motion of its own.
+    /// Greatest root mean square of the measured velocity over all runs: a run at rest has no
+    /// motion of its own.
     most: f64,
 }
 
@@ -63,7 +64,7 @@ fn verdict(errors: &[(&Simulated, Option<Error>)]) -> String {
     let worst = known.max_by(|a, b| a.1.share().total_cmp(&b.1.share()));
     let runs = count(errors.len(), "run");
     let of = if any_held { "Of those that took no part in the fit" } else { "Of them" };
-    // `compare` ranks by another measure, the predicted error
+    // `compare` ranks by another measure: the predicted error
     match worst {
         None => format!("{runs} simulated; none logs a velocity that the model predicts."),
         Some((run, e)) => format!(
@@ -77,7 +78,8 @@ fn verdict(errors: &[(&Simulated, Option<Error>)]) -> String {
     }
 }
 
-/// The degree of freedom in which a run's simulation is off most, as a share of the motion in all runs.
+/// The degree of freedom with the greatest error of a run's simulation, relative to the motion in
+/// all runs.
 fn worst(run: &Simulated, all: &[Simulated]) -> Option<Error> {
     let of = |dof: Dof| {
         let rms = rms(run, dof, |y, x| y - x)?;
@@ -88,7 +90,8 @@ fn worst(run: &Simulated, all: &[Simulated]) -> Option<Error> {
     Dof::ALL.into_iter().filter_map(of).max_by(|a, b| a.share().total_cmp(&b.share()))
 }
 
-/// Root mean square of a function of measured and simulated velocity; `None` where nothing is measured.
+/// Root mean square of a function of measured and simulated velocity; `None` if there is no
+/// measurement.
 fn rms(run: &Simulated, dof: Dof, of: impl Fn(f64, f64) -> f64) -> Option<f64> {
     let (measured, simulated) = (run.measured.get(dof.velocity())?, run.simulated.get(dof.velocity())?);
     let squares: Vec<f64> = measured.iter().zip(simulated).filter_map(|(y, x)| Some(of((*y)?, *x).powi(2))).collect();

@@ -1,23 +1,24 @@
-//! Tables for people, as wide as their terminal.
+//! Tables for people, as wide as the terminal.
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
 use crate::wording;
 
-/// One line under the headers.
+/// Table style: one line under the headers.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
-/// Between two columns, characters: the style's own and the padding on the left.
+/// Distance between two columns, characters: the style's own and the padding on the left.
 const BETWEEN: usize = 2;
 
-/// Columns of the terminal, `None` where there is none; `COLUMNS` in the environment wins, as in other tools.
+/// Number of columns of the terminal, `None` without a terminal; the environment variable `COLUMNS`
+/// has priority, as in other tools.
 pub(super) fn width() -> Option<usize> {
     let told = std::env::var("COLUMNS").ok().and_then(|text| text.trim().parse().ok()).filter(|width| *width > 0);
     told.or_else(|| Table::new().width().map(usize::from))
 }
 
-/// A table with these headers; columns of numbers stand to the right. Where a terminal is too narrow for it without
-/// breaking words, each row becomes a block of lines.
+/// A table with these headers; numbers are aligned to the right. If the terminal is too narrow for
+/// it without breaking words, each row becomes a block of lines.
 pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table.load_style(STYLE).set_content_arrangement(ContentArrangement::Dynamic);
@@ -44,12 +45,12 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     table.to_string().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
 
-/// A sentence in lines that the terminal holds; as it is where there is none.
+/// A sentence folded to the width of the terminal; unchanged without a terminal.
 pub(super) fn wrapped(text: &str) -> String {
     folded(text, width().unwrap_or(usize::MAX))
 }
 
-/// A sentence in lines of at most `width` characters, where no word is longer.
+/// A sentence in lines of at most `width` characters, unless a word is longer.
 pub(super) fn folded(text: &str, width: usize) -> String {
     let (mut lines, mut length) = (String::new(), 0);
     for word in text.split(' ') {
@@ -64,14 +65,15 @@ pub(super) fn folded(text: &str, width: usize) -> String {
     lines
 }
 
-/// Length of the longest word of each column, its header among them.
+/// Length of the longest word of each column, including its header.
 fn longest_words(headers: &[&str], rows: &[Vec<String>]) -> Vec<usize> {
     let longest = |text: &str| text.split_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
     let column = |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|text| longest(text)).max().unwrap_or(0);
     headers.iter().enumerate().map(|(k, head)| longest(head).max(column(k))).collect()
 }
 
-/// `header  cell` a line, a blank line between two rows; empty cells are left out, and long ones go on below.
+/// `header  cell` per line, a blank line between two rows; empty cells are left out, and long ones
+/// continue below.
 fn blocks(headers: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let widest = headers.iter().map(|head| head.chars().count()).max().unwrap_or(0);
     let line = |(head, cell): (&&str, &String)| {
@@ -84,7 +86,7 @@ fn blocks(headers: &[&str], rows: &[Vec<String>], width: usize) -> String {
     rows.iter().map(block).collect::<Vec<_>>().join("\n").trim_end().to_string()
 }
 
-/// Four significant digits, without an exponent where a person would not use one.
+/// A number with four significant digits, with an exponent only if it is very small or large.
 pub(super) fn number(x: f64) -> String {
     let size = x.abs();
     if !x.is_finite() {
@@ -100,7 +102,7 @@ pub(super) fn number(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// Three significant digits: of errors, which are known no better.
+/// A number with three significant digits, for errors, which are not known better.
 pub(super) fn size(x: f64) -> String {
     match x.abs() {
         size if (1e-4..1e3).contains(&size) => {
@@ -111,16 +113,18 @@ pub(super) fn size(x: f64) -> String {
     }
 }
 
-/// What stands behind a deviation of a fit that did not converge, and what explains it.
+/// Mark after a standard deviation of a fit that did not converge, and of the note that explains
+/// it.
 pub(super) const UNSETTLED: &str = "?";
 
-/// A value with its standard deviation; marked where the estimator did not converge, for then the deviation is none.
+/// A value with its standard deviation; marked if the estimator did not converge, because the
+/// standard deviation is then meaningless.
 pub(super) fn estimated(value: f64, std: Option<f64>, converged: bool) -> String {
     let text = measured(value, std);
     if converged || std.is_none() { text } else { format!("{text} {UNSETTLED}") }
 }
 
-/// A value with its standard deviation, to the two digits that the deviation deserves.
+/// A value with its standard deviation, to two digits of the standard deviation.
 pub(super) fn measured(value: f64, std: Option<f64>) -> String {
     match std.filter(|s| *s > 0.0 && s.is_finite()) {
         Some(std) => wording::measured(value, std),

@@ -9,7 +9,7 @@ use super::table::{number, table};
 use crate::campaign::known_vehicles;
 use crate::wording::count;
 
-/// A vehicle as it is listed.
+/// A vehicle in the list.
 #[derive(Debug, Serialize)]
 struct Entry {
     name: String,

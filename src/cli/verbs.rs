@@ -1,4 +1,5 @@
-//! The verbs that work on logs and campaigns: arguments in, one call of the library, the result out.
+//! The verbs that work on logs and campaigns: each reads arguments, calls the library once, and
+//! prints the result.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,7 @@ use crate::log::{self, LogOptions};
 use crate::run::{Run, Signal};
 use crate::wording::count;
 
-/// The `[log]` options that were typed.
+/// The `[log]` options of the command line.
 pub(super) fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
     let text = reading.options.join("\n");
     toml::from_str(&text).map_err(|e| Failure::Argument(format!("--log: {}", e.message())))
@@ -51,7 +52,8 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the logs are to pass by: where it is asked for, and where they are too large to keep and nothing needs them.
+/// Whether the logs are streamed: on request, or if they are too large for the memory and no option
+/// needs them.
 fn streams(a: &typed::Fit) -> Result<bool, Failure> {
     if a.stream || a.bootstrap.is_some() || a.monte_carlo.is_some() || a.thorough || a.filters {
         return Ok(a.stream);
@@ -60,7 +62,7 @@ fn streams(a: &typed::Fit) -> Result<bool, Failure> {
     Ok(campaign::too_large_to_keep(&a.campaign, options, a.estimator.map(Into::into))?)
 }
 
-/// A fit of logs that are in memory.
+/// A fit with all logs in memory.
 fn kept(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
     let loaded = load(&a.campaign, &a.loading, output)?;
     let estimator = a.estimator.map(Into::into);
@@ -74,18 +76,18 @@ fn kept(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
     Ok((loaded, fitted))
 }
 
-/// A fit of logs that pass by.
+/// A fit that streams the logs.
 fn streamed(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
     let options = LoadOptions { allow_outside: a.loading.allow_outside };
     Ok(output.working("reading logs", || campaign::fit_streamed(&a.campaign, options))??)
 }
 
-/// The campaign with the losses of thrust and the noise that its fit has found.
+/// The campaign with the losses of thrust and the noise that its fit has estimated.
 fn under(campaign: &Campaign, fitted: &Fit) -> Campaign {
     campaign.under(&fitted.efficiency).with_noise(fitted.model_noise())
 }
 
-/// The campaign under the model that was asked for: from a file, or fitted now.
+/// The campaign with the requested model: from a file, or fitted now.
 pub(super) struct Chosen {
     pub campaign: Campaign,
     pub model: crate::model::Model,
@@ -93,7 +95,7 @@ pub(super) struct Chosen {
 }
 
 pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
-    // the model first: a wrong name is better told before the logs are read
+    // the model first: a wrong name is reported before the logs are read
     let file = model.map(ModelFile::read).transpose()?;
     let loaded = load(path, loading, output)?;
     Ok(match (file, model) {
@@ -109,7 +111,7 @@ pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, outpu
     })
 }
 
-/// Refuses a file for series that cannot be written, before any work.
+/// Refuses, before any work, a file for series in a format that cannot be written.
 pub(super) fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
     output.may_write(path)?;
     match path.map(|p| (p, p.extension().and_then(|e| e.to_str()))) {
@@ -164,7 +166,7 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
     Ok(())
 }
 
-/// Writes signals as one CSV in a folder that is made where it is not there.
+/// Writes signals as one CSV file in a folder, which is made if necessary.
 fn write_signals(folder: &Path, name: &str, signals: BTreeMap<String, Signal>, output: &Output) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_path_buf(), source })?;
     let file = folder.join(name.replace(['/', '\\', ' ', '#'], "_")).with_extension("csv");
@@ -184,7 +186,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     super::discovered::print(&found, output);
     let campaign = a.campaign.display();
     let (names, training) = (&found.adopt, &found.took_part);
-    // what --adopt writes: effects, and the roles of runs that took part
+    // --adopt writes effects, and the roles of runs that took part
     let written = |effects: String| {
         let roles = format!("role = \"train\" for {}", training.join(", "));
         let parts = [(!names.is_empty()).then_some(effects), (!training.is_empty()).then_some(roles)];
@@ -193,7 +195,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let next = match &a.adopt {
         _ if names.is_empty() && training.is_empty() => format!("hydrosysid report {campaign}"),
         Some(to) => {
-            // that it is edited was asked for: it is the one input that a call writes
+            // the user asked to edit the campaign: it is the only input that a call writes
             let file = campaign::adopt(&a.campaign, to.as_deref(), names, training)?;
             let file = file.display();
             output.print(&format!("{file} has {} now", written(format!("{} in its model", names.join(", ")))));

@@ -1,4 +1,5 @@
-//! The verb `view`: opens the server, says its address, shows it in a browser, and answers until Ctrl-C.
+//! The verb `view`: starts the server, prints its address, opens it in a browser, and answers until
+//! Ctrl-C.
 
 use std::process::{Command, Stdio};
 
@@ -16,7 +17,7 @@ pub(super) fn view(a: &typed::View, output: &Output) -> Result<(), Failure> {
     if !output.json_on_stdout() {
         output.hand_over(&format!("{address}\n"));
     }
-    // whoever waits for the address waits for it now
+    // now, because a caller may be waiting for the address
     output.finish()?;
     if !a.no_browser && !open(&address) {
         output.remark("no browser could be opened: open the address above yourself");
@@ -26,7 +27,7 @@ pub(super) fn view(a: &typed::View, output: &Output) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Opens an address in the user's browser; whether a program to do so was found.
+/// Opens an address in the user's browser; returns whether a program for it was found.
 fn open(address: &str) -> bool {
     let (program, arguments): (&str, &[&str]) = match std::env::consts::OS {
         "macos" => ("open", &[]),

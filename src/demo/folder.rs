@@ -1,17 +1,17 @@
-//! The demo's folder: replaced when it is an earlier demo's, refused when it is anything else.
+//! The demo's folder: replaced if an earlier demo made it, refused if it is anything else.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// A file that only a demo writes.
+/// Name of a file that only a demo writes.
 const MARK: &str = ".hydrosysid-demo";
 
-/// Why the folder cannot be used.
+/// Error of the folder.
 #[derive(Debug, Error)]
 pub enum FolderError {
-    /// It exists and no demo made it.
+    /// It exists, and no demo made it.
     #[error("{} exists and is not a demo's folder: name another with --folder", .0.display())]
     NotOurs(PathBuf),
     /// It cannot be written.
@@ -19,7 +19,7 @@ pub enum FolderError {
     Io {
         /// The folder.
         folder: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
 }

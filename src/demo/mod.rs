@@ -1,12 +1,13 @@
-//! The demo: the whole procedure on the virtual tank, and the name of an effect that was hidden.
+//! The demo: the whole procedure on the virtual tank, including the discovery of a hidden effect.
 //!
-//! 1. the paper's vehicle sails the paper's runs; they are written as a campaign and read back;
-//! 2. the staged procedure estimates it, beside it the twin that fits everything at once;
-//! 3. each oscillation's model is simulated on the others' runs;
-//! 4. a second campaign, pushed by a random force and with a baseline that lacks an effect, goes through the discovery,
-//!    which finds both.
+//! 1. The paper's vehicle performs the paper's runs; they are written as a campaign and read back.
+//! 2. The staged procedure estimates the model; the direct regression, which fits everything at
+//!    once, is shown beside it.
+//! 3. Each oscillation's model is simulated on the others' runs.
+//! 4. A second campaign, with a random force and a baseline without one effect, goes through the
+//!    discovery, which finds both.
 //!
-//! Nothing here knows the truth but the column that prints it.
+//! The true values are used only for the column that prints them.
 
 mod folder;
 mod printed;
@@ -33,20 +34,20 @@ use crate::tank::{
     Blind, BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
 };
 
-/// What the demo is asked.
+/// Options of the demo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DemoOptions {
-    /// Folder to write; an earlier demo's is replaced, nobody else's.
+    /// Folder to write; only the folder of an earlier demo is replaced.
     pub folder: PathBuf,
     /// Seed of the tank.
     pub seed: u64,
-    /// Noise in units of the ordinary one.
+    /// Sensor noise, as a multiple of the default.
     pub noise: f64,
     /// Effect to hide: any id of the catalogue.
     pub hide: String,
 }
 
-/// Effect that is hidden where none is asked for: the Munk moment, which the paper found.
+/// Effect that is hidden by default: the Munk moment, which the paper found.
 pub const HIDDEN: &str = "coriolis_yaw";
 
 impl Default for DemoOptions {
@@ -55,16 +56,17 @@ impl Default for DemoOptions {
     }
 }
 
-/// Random force of the second campaign, as a share of the rated force: what tanks and harbours do.
+/// Random force of the second campaign, as a fraction of the rated force: typical for tanks and
+/// harbours.
 const DISTURBANCE: f64 = 0.01;
 
-/// Why the demo cannot be made.
+/// Error of the demo.
 #[derive(Debug, Error)]
 pub enum DemoError {
-    /// The folder is somebody else's, or cannot be written.
+    /// The folder is not a demo's, or cannot be written.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// The tank refuses.
+    /// The tank campaign cannot be made.
     #[error(transparent)]
     Tank(#[from] TankError),
     /// The campaign's files cannot be written.
@@ -76,7 +78,7 @@ pub enum DemoError {
     /// A campaign does not load or fit.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The staged procedure refuses.
+    /// The staged procedure fails.
     #[error(transparent)]
     Procedure(#[from] ProcedureError),
     /// A model cannot be simulated.
@@ -84,12 +86,12 @@ pub enum DemoError {
     Compare(#[from] CompareError),
 }
 
-/// An estimate beside the truth of its run and beside what the paper prints.
+/// An estimate beside the true value of its run and the printed value of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Held {
     /// Stage of the procedure.
     pub stage: String,
-    /// Run, where the stage is of one.
+    /// Run, if the stage is of a single one.
     pub run: Option<String>,
     /// Degree of freedom.
     pub dof: Dof,
@@ -101,16 +103,16 @@ pub struct Held {
     pub std: f64,
     /// Unit.
     pub unit: String,
-    /// Truth of the run, SI; `None` where several runs with different truths take part.
+    /// True value in the run, SI; `None` if several runs with different true values take part.
     pub truth: Option<f64>,
-    /// What the paper prints, value and standard deviation, SI.
+    /// Printed value and standard deviation of the paper, SI.
     pub paper: Option<(f64, f64)>,
 }
 
-/// The random force in one degree of freedom of the second campaign, as found and as it was.
+/// The random force in one degree of freedom of the second campaign: estimated and true values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldForce {
-    /// What was found; `None` where none was.
+    /// The estimate; `None` if there is none.
     pub found: Option<ForceFound>,
     /// Degree of freedom.
     pub dof: Dof,
@@ -120,7 +122,7 @@ pub struct HeldForce {
     pub correlation_time: f64,
 }
 
-/// One line of the table that shows how well each stage is determined.
+/// One row of the table of condition numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conditioned {
     /// Stage.
@@ -135,7 +137,7 @@ pub struct Conditioned {
     pub condition_number_scaled: f64,
 }
 
-/// The staged model and its twin on one run: what they say, and how well they simulate.
+/// The staged model and the direct regression on one run: parameters and simulation errors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Twins {
     /// Run.
@@ -144,11 +146,11 @@ pub struct Twins {
     pub values: Vec<(String, f64, f64, f64, Option<f64>)>,
     /// Mean |measured − simulated| of the staged model, rad/s.
     pub staged_error: f64,
-    /// The same of the twin, rad/s.
+    /// The same of the direct regression, rad/s.
     pub twin_error: f64,
 }
 
-/// Everything the demo has to show.
+/// Results of the demo.
 #[derive(Debug, Serialize)]
 pub struct Demo {
     /// Version of this form.
@@ -163,13 +165,13 @@ pub struct Demo {
     pub twins: Vec<Twins>,
     /// Cross-validation of the surge oscillations.
     pub cross_validation: Vec<Crossed>,
-    /// How far estimates move with window and degree of a filter.
+    /// Variation of the estimates with window and degree of a filter.
     pub filters: Vec<Spread>,
-    /// Effect that was hidden.
+    /// The hidden effect.
     pub hidden: Vec<String>,
-    /// What the discovery says.
+    /// Result of the discovery.
     pub discovery: Discovery,
-    /// The random force that the effect was hidden under.
+    /// The random force in the campaign with the hidden effect.
     pub forces: Vec<HeldForce>,
     /// Files that were written.
     pub files: Vec<PathBuf>,
@@ -184,7 +186,7 @@ pub struct Demo {
     pub blind: Campaign,
 }
 
-/// Makes the demo. `progress` is told what is being done.
+/// Makes the demo. `progress` is called with the name of each step.
 ///
 /// # Errors
 /// [`DemoError`].
@@ -240,7 +242,7 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
     })
 }
 
-/// The random force that a fit of the discovery's model finds, beside the true one.
+/// The random force that a fit of the discovered model estimates, beside the true one.
 fn forces(campaign: &Campaign, found: &Discovery, secret: &Blind, time: f64) -> Result<Vec<HeldForce>, DemoError> {
     let mut campaign = campaign.clone();
     if let Some(model) = found.model() {
@@ -252,7 +254,7 @@ fn forces(campaign: &Campaign, found: &Discovery, secret: &Blind, time: f64) -> 
     Ok(pairs.map(|(dof, rms)| HeldForce { found: of(*dof), dof: *dof, rms: *rms, correlation_time: time }).collect())
 }
 
-/// A run's name as the tank has it: without the ending of its file.
+/// Name of a run in the tank: without its file extension.
 fn stem(run: &str) -> &str {
     Path::new(run).file_stem().and_then(|s| s.to_str()).unwrap_or(run)
 }
@@ -300,7 +302,7 @@ fn conditioned(stage: &Stage) -> Conditioned {
     }
 }
 
-/// The model with the estimates of one stage in place.
+/// The model with the estimates of one stage.
 fn with_stage(model: &Model, stage: &Stage) -> Model {
     let mut own = model.clone();
     for e in &stage.estimates {
@@ -312,13 +314,13 @@ fn with_stage(model: &Model, stage: &Stage) -> Model {
     own
 }
 
-/// Mean |measured − simulated| of the balance of `dof` alone: the one that (29) and (30) are about.
+/// Mean |measured − simulated| for the balance of `dof` alone, as in (29) and (30).
 fn mean_abs(model: &Model, run: &Run, dof: Dof) -> Result<f64, CompareError> {
     let result = compare(&direct_regression::alone(model, dof), std::slice::from_ref(run), &CompareOptions::default())?;
     Ok(result.runs.iter().find(|r| r.dof == dof).map_or(f64::NAN, |r| r.mean_abs))
 }
 
-/// Staged beside all at once (30), zig-zag by zig-zag.
+/// The staged procedure beside the direct regression (30), for each zig-zag.
 fn twins(
     ready: &[Run],
     model: &Model,
@@ -353,7 +355,7 @@ fn twins(
     Ok(all)
 }
 
-/// The staged model with the twin's own estimates in it: everything else is the same.
+/// The staged model with the estimates of the direct regression; all other parameters are the same.
 fn with_others(staged: &Model, twin: &Model, stage: &Stage) -> Model {
     let mut model = staged.clone();
     let named = |effect: &str, name: &str| stage.estimates.iter().any(|e| e.effect == effect && e.name == name);

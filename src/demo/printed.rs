@@ -1,10 +1,11 @@
-//! What the paper prints for the stages that a demo repeats: value and standard deviation, SI.
+//! Printed values of the paper for the stages that a demo repeats: value and standard deviation,
+//! SI.
 //!
 //! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013): Table 3 (surge drag), Table 7 (yaw drag).
 
 use crate::frame::Dof;
 
-/// Value and standard deviation that the paper prints for `name` in a stage, `None` where it prints none.
+/// Printed value and standard deviation of `name` in a stage of the paper; `None` if there is none.
 pub(super) fn of(stage: &str, dof: Dof, name: &str) -> Option<(f64, f64)> {
     let table: &[(&str, f64, f64)] = match (stage, dof) {
         ("towing", Dof::Surge) => &[("k_u|u|", 368.48, 3.81), ("k_u", 10.84, 3.48), ("b_u", -0.23, 0.71)],

@@ -1,4 +1,5 @@
-//! The rigid body inside the virtual inertia, Coriolis forces as coefficients, and the turn to the other body axes.
+//! The rigid body within the virtual inertia, Coriolis forces as coefficients, and conversion to
+//! the other body axes.
 //!
 //! ```text
 //! M = M_RB + M_A          M_RB = [ m I      −m S(r_g) ]       S(a) b = a × b
@@ -7,7 +8,8 @@
 //! forward-starboard-down → forward-port-up:   ν' = T ν,   T = diag(1, −1, −1, 1, −1, −1)
 //! ```
 //!
-//! m: dry mass, kg; r_g: centre of gravity, m; I_b: dry inertia about the body origin, kg·m². Fossen (2021), ch. 3, 6.
+//! m: dry mass, kg; r_g: centre of gravity, m; I_b: dry inertia about the body origin, kg·m².
+//! Fossen (2021), ch. 3, 6.
 
 use serde::Serialize;
 
@@ -18,7 +20,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::vehicle::Vehicle;
 
-/// Sign of a velocity or force in forward-port-up axes by that in forward-starboard-down axes.
+/// Sign of a velocity or force in forward-port-up axes relative to forward-starboard-down axes.
 pub const TURN: [f64; 6] = [1.0, -1.0, -1.0, 1.0, -1.0, -1.0];
 
 /// The rigid body.
@@ -32,23 +34,23 @@ pub struct Body {
     pub inertia: [f64; 3],
 }
 
-/// The parts of a model in a simulator: rigid body, added mass, everything else.
+/// The parts of a model in a simulator: rigid body, added mass, remaining products.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parts {
     /// The rigid body.
     pub body: Body,
     /// M_A: added mass, symmetric.
     pub added: Matrix,
-    /// Coefficients of the whole, with the products that remain when the simulator counts C(M_RB + M_A) itself.
+    /// Products that remain if the simulator computes C(M_RB + M_A) itself.
     pub rest: Tensor,
-    /// The products that remain when the simulator counts C(M_RB) alone.
+    /// Products that remain if the simulator computes C(M_RB) only.
     pub rest_of_body: Tensor,
 }
 
 /// Splits the virtual inertia of a model.
 ///
 /// # Errors
-/// [`ExportError::NoMass`] and [`ExportError::NoInertia`] where the rigid body is not known.
+/// [`ExportError::NoMass`] and [`ExportError::NoInertia`] if the rigid body is not known.
 pub fn split(
     found: &Coefficients,
     vehicle: &Vehicle,
@@ -61,7 +63,8 @@ pub fn split(
     for i in found.dofs.iter().map(|d| d.index()) {
         for j in 0..6 {
             let modelled = found.dofs.iter().any(|d| d.index() == j);
-            // a coupling with a motion that is not modelled stands in one row: physics has it in both
+            // a coupling with a motion that is not modelled is in one row of the model: physically
+            // it is in both
             let own = if modelled { found.inertia[i][j] - dry[i][j] } else { found.inertia[i][j] };
             added[i][j] = tidy(own, dry[i][i].max(1.0));
             if !modelled {
@@ -101,7 +104,7 @@ fn rigid(
     let total: [Option<f64>; 3] =
         [Dof::Roll, Dof::Pitch, Dof::Yaw].map(|d| found.dofs.contains(&d).then(|| found.inertia[d.index()][d.index()]));
     let greatest = total.iter().flatten().copied().fold(0.0, f64::max);
-    // a homogeneous sphere of the characteristic length, where nothing turns in the model
+    // if the model has no rotation: a homogeneous sphere of the characteristic length
     let sphere = vehicle.characteristic_length().map(|length| 0.1 * mass * length * length);
     let other = if greatest > 0.0 { greatest } else { sphere.ok_or(ExportError::NoInertia)? };
     if total.iter().any(Option::is_some) {
@@ -153,7 +156,7 @@ pub fn coriolis(m: &Matrix) -> Tensor {
     let mut tensor = [[[0.0; 6]; 6]; 6];
     for j in 0..6 {
         for k in 0..6 {
-            // ν_j in the turning axes, ν_k in the momentum
+            // ν_j from the rotation of the axes, ν_k from the momentum
             let mut nu = [0.0; 6];
             nu[j] = 1.0;
             let pi: [f64; 6] = std::array::from_fn(|i| m[i][k]);
@@ -171,7 +174,7 @@ pub fn coriolis(m: &Matrix) -> Tensor {
     tensor
 }
 
-/// A tensor with nothing in rows and columns that are not modelled.
+/// The tensor with zero entries for degrees of freedom that are not modelled.
 fn restricted(mut tensor: Tensor, found: &Coefficients) -> Tensor {
     let modelled = |i: usize| found.dofs.iter().any(|d| d.index() == i);
     for i in 0..6 {
@@ -199,17 +202,18 @@ fn less(all: &Tensor, counted: &Tensor, found: &Coefficients) -> Tensor {
     rest
 }
 
-/// 0 where a difference of two numbers of this size is rounding.
+/// `x`, or 0 if it is only the rounding of a difference of two numbers of this size.
 fn tidy(x: f64, size: f64) -> f64 {
     if x.abs() < 1e-9 * size { 0.0 } else { x }
 }
 
-/// A matrix in forward-port-up axes.
+/// The matrix in forward-port-up axes.
 pub fn turned(m: &Matrix) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| TURN[i] * TURN[j] * m[i][j]))
 }
 
-/// Coefficients of ν_j |ν_k| in forward-port-up axes: the absolute value has no sign to turn.
+/// Coefficients of ν_j |ν_k| in forward-port-up axes: the sign of the absolute value does not
+/// change.
 pub fn turned_absolute(a: &Tensor) -> Tensor {
     std::array::from_fn(|i| std::array::from_fn(|j| std::array::from_fn(|k| TURN[i] * TURN[j] * a[i][j][k])))
 }
@@ -219,13 +223,14 @@ pub fn turned_product(p: &Tensor) -> Tensor {
     std::array::from_fn(|i| std::array::from_fn(|j| std::array::from_fn(|k| TURN[i] * TURN[j] * TURN[k] * p[i][j][k])))
 }
 
-/// A place in forward-port-up axes.
+/// A position in forward-port-up axes.
 pub fn turned_place(r: [f64; 3]) -> [f64; 3] {
     [r[0], -r[1], -r[2]]
 }
 
-/// Least and greatest share of added in rigid inertia: the eigenvalues of M_RB⁻¹ M_A. A simulator that applies the added
-/// mass as a force, from an acceleration of the step before, is stable between two of them alone.
+/// Least and greatest ratio of added to rigid inertia: the eigenvalues of M_RB⁻¹ M_A. A simulator
+/// that applies the added mass as a force, from the acceleration of the previous step, is stable
+/// only if they are between two limits.
 pub fn added_share(rigid: &Matrix, added: &Matrix) -> [f64; 2] {
     let matrix = |m: &Matrix| nalgebra::Matrix6::from_fn(|i, j| m[i][j]);
     let none = [f64::NEG_INFINITY, f64::INFINITY];
@@ -264,7 +269,7 @@ mod tests {
 
     #[test]
     fn turning_the_axes_turns_the_forces() {
-        // products, absolute values and matrices, all cells different
+        // products, absolute values and matrices, with all cells different
         let mut all = [[[0.0; 6]; 6]; 6];
         let mut m = [[0.0; 6]; 6];
         for i in 0..6 {

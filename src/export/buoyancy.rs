@@ -1,11 +1,11 @@
-//! Weight and buoyancy as a simulator takes them: a mass, a volume and where it is.
+//! Weight and buoyancy in the form of simulators: a mass, a volume and its centre.
 //!
 //! ```text
 //! B = m g − (W − B),   V = B/(ρ g),   r_b B = r_g W − (moment arms of the model)
 //! ```
 //!
-//! m: dry mass, kg; g: W/m where the weight is known, else 9.81 m/s²; W − B and z_g W − z_b B as identified, else as
-//! the figures of the vehicle have them, else 0. Fossen (2021), ch. 4.
+//! m: dry mass, kg; g: W/m if the weight is known, otherwise 9.81 m/s²; W − B and z_g W − z_b B as
+//! identified, otherwise from the data of the vehicle, otherwise 0. Fossen (2021), ch. 4.
 
 use super::body::Body;
 use super::coefficients::Coefficients;
@@ -14,10 +14,10 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::vehicle::{Vehicle, Water};
 
-/// Standard acceleration of gravity where the vehicle's weight does not say another, m/s².
+/// Standard acceleration of gravity if the vehicle's weight does not give another, m/s².
 const GRAVITY: f64 = 9.81;
 
-/// What holds a vehicle up.
+/// Weight, buoyancy and their centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Buoyancy {
     /// W, N.
@@ -43,7 +43,7 @@ pub(super) fn buoyancy(found: &Coefficients, model: &Model, body: &Body, vehicle
     under(g, found, model, body, vehicle, water)
 }
 
-/// The same in a target with a gravity of its own, m/s²: W − B and the moments are those of the model.
+/// The same for a target with its own gravity, m/s²: W − B and the moments are those of the model.
 pub(super) fn under(
     g: f64,
     found: &Coefficients,
@@ -60,7 +60,7 @@ pub(super) fn under(
     let weight = body.mass * g;
     let up = weight - net_weight;
     let righting = [Dof::Roll, Dof::Pitch].into_iter().position(restores);
-    // a model with righting moments and no trim_offset floats level
+    // a model with righting moments and without trim_offset floats level
     let upright = righting.is_some() || has(id::TRIM_OFFSET);
     let given = vehicle.cb.unwrap_or(body.cg);
     let arm = |axis: usize, moment: f64| (body.cg[axis] * weight - moment) / up;

@@ -1,7 +1,7 @@
-//! Fossen's equations as one header of C, for controllers and simulators of one's own.
+//! Fossen's equations as one C header, for the user's own controllers and simulators.
 //!
 //! ```text
-//! ν̇ = M⁻¹ (τ + τ_0 + N(ν) − C(ν) ν − D ν − D_n(ν) ν − g(η))       M⁻¹ written out, no library, no memory taken
+//! ν̇ = M⁻¹ (τ + τ_0 + N(ν) − C(ν) ν − D ν − D_n(ν) ν − g(η))    M⁻¹ as numbers; no library, no allocation
 //! ```
 
 use std::fmt::Write;
@@ -24,7 +24,7 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let inverse = inertia.try_inverse().ok_or(ExportError::NoInertia)?;
     let mut text: String = "/*\n".into();
     for line in head {
-        // what would end the comment
+        // sequences that would end the comment
         let _ = writeln!(text, " * {}", line.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " "));
     }
     text += " */\n#ifndef HYDROSYSID_VEHICLE_H\n#define HYDROSYSID_VEHICLE_H\n\n#include <math.h>\n\n";
@@ -62,7 +62,7 @@ fn matrix(text: &mut String, name: &str, what: &str, m: &Matrix) {
     let _ = writeln!(text, "/* {what} */\nstatic const double {name}[6][6] = {{\n{}\n}};", rows.join(",\n"));
 }
 
-/// Quadratic damping and products, term by term.
+/// Writes quadratic damping and products, term by term.
 fn terms(text: &mut String, pieces: &Pieces) {
     for ([i, j, k], d) in &pieces.absolute {
         let _ = writeln!(text, "    f[{i}] -= {} * nu[{j}] * fabs(nu[{k}]);", number(*d));

@@ -1,4 +1,4 @@
-//! The codes of this room: where a simulator will not do what the model does.
+//! Codes of the findings of an export: where a simulator differs from the model.
 
 use crate::finding::codes;
 

@@ -1,14 +1,14 @@
-//! The coefficients of a model, read off its terms: what a simulator of constant coefficients can take over.
+//! The coefficients of a model, read off its terms, for simulators with constant coefficients.
 //!
 //! ```text
 //! πᵢ = Σⱼ Mᵢⱼ νⱼ
 //! wᵢ = cᵢ + Σⱼ Lᵢⱼ νⱼ + Σⱼₖ Aᵢⱼₖ νⱼ|νₖ| + Σⱼ≤ₖ Pᵢⱼₖ νⱼνₖ
 //! ```
 //!
-//! M: kg, kg·m, kg·m²; c, L, A, P: forces and moments with SNAME's sign (X_u|u| = A₀₀₀ is negative where it brakes).
-//! No formula of an effect is written a second time: a term is evaluated at many velocities and its coefficients are
-//! solved for; a term that these functions do not span, that has a memory or that reads anything but velocities is left
-//! out and named.
+//! M: kg, kg·m, kg·m²; c, L, A, P: forces and moments with SNAME's sign (X_u|u| = A₀₀₀ is negative
+//! where it brakes). No formula of an effect is written a second time: each term is evaluated at
+//! many velocities and its coefficients are solved for. A term is left out and named if these
+//! functions do not span it, if it has a memory, or if it reads anything but velocities.
 
 use std::collections::BTreeSet;
 
@@ -26,12 +26,12 @@ pub type Matrix = [[f64; 6]; 6];
 /// Coefficients by row and two velocities.
 pub type Tensor = [[[f64; 6]; 6]; 6];
 
-/// A term that has no place among the coefficients.
+/// A term that coefficients cannot express.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// Name of the term, `thrust_lag`.
     pub term: String,
-    /// Where on the chain it acts.
+    /// Where in the chain it acts.
     pub family: Family,
     /// Why it is left out, as the end of a sentence.
     pub reason: String,
@@ -65,17 +65,19 @@ pub struct Coefficients {
     pub product: Tensor,
     /// Restoring forces.
     pub restoring: Restoring,
-    /// Terms that are in none of these.
+    /// Terms that none of these express.
     pub left_out: Vec<LeftOut>,
 }
 
 /// Number of functions of the velocities: 1, νⱼ, νⱼ|νₖ|, νⱼνₖ.
 const FUNCTIONS: usize = 1 + 6 + 36 + 21;
 
-/// Number of velocities at which a term is evaluated: enough to show that it is not spanned.
+/// Number of velocities at which a term is evaluated: enough to detect a term that the functions do
+/// not span.
 const POINTS: usize = 4 * FUNCTIONS;
 
-/// A term is spanned when what is left of it is below this share of its size: rounding of the solution.
+/// Residual, relative to the size of the term, below which a term counts as spanned: the rounding
+/// of the solution.
 const LEFT: f64 = 1e-9;
 
 /// Reads the coefficients of `model` at the values of its parameters.
@@ -103,7 +105,8 @@ pub fn coefficients(model: &Model) -> Coefficients {
     result
 }
 
-/// Why a term cannot be one of constant coefficients, before its formula is looked at.
+/// The reason why a term cannot have constant coefficients, as far as it is known without its
+/// formula; `None` if there is none.
 fn unfit(model: &Model, term: &Term) -> Option<String> {
     match term.effect.about().family {
         Family::Actuator => return Some("it changes the force on its way to the water".into()),
@@ -118,7 +121,7 @@ fn unfit(model: &Model, term: &Term) -> Option<String> {
     (!channels.is_empty()).then(|| format!("it reads {}", channels.join(", ")))
 }
 
-/// Whether a term is one of [`Restoring`]; a user's formula of attitude or place is not.
+/// Whether a term is part of [`Restoring`]; a user's formula of attitude or position is not.
 fn is_restoring(term: &Term) -> bool {
     let id = term.effect.about().id;
     id == id::TRIM_OFFSET || Dof::ALL.into_iter().filter_map(id::restoring).any(|known| known == id)
@@ -137,7 +140,7 @@ fn restoring(model: &Model) -> Restoring {
     }
 }
 
-/// Adds inertia and forces of terms of the body.
+/// Adds the inertia and the forces of the terms of the body.
 fn read_terms(model: &Model, result: &mut Coefficients) {
     let graph = Graph::new();
     let channels: BTreeSet<String> =
@@ -188,7 +191,7 @@ fn read_terms(model: &Model, result: &mut Coefficients) {
                 reason = Some("it is no sum of linear and quadratic terms".into());
             }
             for (k, x) in solution.iter().enumerate() {
-                // what rounding leaves is nothing
+                // a value at the level of rounding is zero
                 found[i][k] = if x.abs() > LEFT * solution.amax() { *x } else { 0.0 };
             }
         }
@@ -202,7 +205,7 @@ fn read_terms(model: &Model, result: &mut Coefficients) {
     }
 }
 
-/// Adds coefficients in the order of [`functions`] to a row.
+/// Adds coefficients, in the order of [`functions`], to a row.
 fn add(result: &mut Coefficients, i: usize, found: &[f64; FUNCTIONS]) {
     let mut next = found.iter().copied();
     let mut take = |cell: &mut f64| *cell += next.next().unwrap_or(0.0);
@@ -229,7 +232,8 @@ fn functions(nu: [f64; 6]) -> Vec<f64> {
     all
 }
 
-/// Velocities between −1.5 and 1.5 that fill the space evenly: multiples of roots of primes, modulo 1.
+/// Velocities between −1.5 and 1.5 that fill the space evenly: multiples of square roots of primes,
+/// modulo 1.
 fn points() -> Vec<[f64; 6]> {
     const PRIMES: [f64; 6] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0];
     (1..=POINTS).map(|n| PRIMES.map(|p: f64| 3.0 * (n as f64 * p.sqrt()).fract() - 1.5)).collect()
@@ -254,7 +258,7 @@ mod tests {
         model
     }
 
-    /// A formula of attitude is no weight of the targets: it is left out, and by name.
+    /// A formula of attitude is not a weight that a target knows: it is left out and named.
     #[test]
     fn a_user_s_restoring_force_is_named_where_it_is_left_out() {
         let mut model = Model::with_effects(&[Dof::Pitch], Coriolis::Tied, &["inertia", "restoring_pitch"]).unwrap();

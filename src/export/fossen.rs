@@ -4,9 +4,10 @@
 //! M ν̇ + C(ν) ν + D ν + D_n(ν) ν + g(η) = τ + τ_0 + N(ν)       M = M_RB + M_A
 //! ```
 //!
-//! Axes forward-starboard-down, as in the model. M_RB, M_A positive definite, D and D_n positive where they brake; D_n
-//! has an entry i, j, k for ν_j |ν_k|. N holds the products ν_j ν_k that C does not: free Coriolis coefficients, lift,
-//! drag that differs astern. τ is the nominal force less the losses that the values go with. Fossen (2021), ch. 6.
+//! Axes forward-starboard-down, as in the model. M_RB, M_A positive definite, D and D_n positive
+//! where they brake; D_n has an entry i, j, k for ν_j |ν_k|. N contains the products ν_j ν_k that C
+//! does not: free Coriolis coefficients, lift, drag that differs astern. τ is the nominal force;
+//! the losses of thrust that belong to the model are applied to it. Fossen (2021), ch. 6.
 
 use std::fmt::Write;
 
@@ -36,10 +37,10 @@ pub(super) const CONVENTIONS: [&str; 3] = [
     "M nu_dot + C(nu) nu + D nu + D_n(nu) nu + g(eta) = tau + tau_0 + N(nu)",
 ];
 
-/// Where the equations end.
+/// Limits of validity of the equations.
 const LIMITS: &str = "no walls, no surface, no tether; the caller integrates, by angles for pitch below 90 degrees";
 
-/// A model in the pieces of Fossen's equations.
+/// The parts of Fossen's equations of a model.
 pub(super) struct Pieces {
     /// The rigid body.
     pub body: Body,
@@ -51,16 +52,16 @@ pub(super) struct Pieces {
     pub absolute: Vec<([usize; 3], f64)>,
     /// N.
     pub product: Vec<([usize; 3], f64)>,
-    /// What else there is of the model.
+    /// All coefficients of the model.
     pub found: Coefficients,
     /// Losses of thrust.
     pub losses: Losses,
-    /// Longest steps of Euler's rule, s: of velocities alone, and with the angles.
+    /// Longest steps of Euler's rule, s: for the velocities alone, and with the angles.
     pub longest_steps: [f64; 2],
 }
 
 impl Pieces {
-    /// The pieces of a model; what they do not hold is told to `draft`.
+    /// Computes the parts of a model; what they do not contain is added to the findings of `draft`.
     ///
     /// # Errors
     /// As [`split`].
@@ -82,7 +83,7 @@ impl Pieces {
         })
     }
 
-    /// How long a step may be, in words.
+    /// The longest stable step, in words.
     pub fn stability(&self) -> String {
         let [longest, of_angles] = self.longest_steps;
         told_with_angles(longest, of_angles)
@@ -104,7 +105,7 @@ fn entries(tensor: &Tensor, sign: f64) -> Vec<([usize; 3], f64)> {
 
 /// The Python module.
 pub(super) fn python(head: &[String], p: &Pieces) -> String {
-    // a name may hold quotes and backslashes
+    // a name may contain quotes and backslashes
     let head = head.join("\n").replace('\\', "/").replace('"', "'");
     let matrix = |m: &Matrix| {
         let rows: Vec<String> = m.iter().map(|row| format!("        [{}],\n", numbers(row, ", "))).collect();

@@ -1,14 +1,15 @@
 //! gz-sim: the Hydrodynamics system and the inertial of a link.
 //!
 //! ```text
-//! F = −D(ν) ν,   D_ij = −(<iJ> + Σ_k <iJabsK> |ν_k| + <iJK> ν_k)          the system's damping: SNAME's signs
-//! F −= M_A ν̇,    M_A = −<iDotJ>                                          explicit: ν̇ of the step before
-//! (M_RB + <fluid_added_mass>) ν̇ + C ν = …                                 in the engine: positive, C by itself
+//! F = −D(ν) ν,   D_ij = −(<iJ> + Σ_k <iJabsK> |ν_k| + <iJK> ν_k)     damping of the system: SNAME's signs
+//! F −= M_A ν̇,    M_A = −<iDotJ>                                     explicit: ν̇ of the previous step
+//! (M_RB + <fluid_added_mass>) ν̇ + C ν = …                            in the engine: positive; adds C itself
 //! ```
 //!
-//! The system's own Coriolis force has been wrong in sign and in two entries over several versions; here it is switched
-//! off, and in the explicit form the products `<xVR>` … hold the Coriolis force of the added mass exactly. Source:
-//! gz-sim, `Hydrodynamics.hh` (8) and its theory page (10); SDFormat 1.10, `inertial.sdf`.
+//! The system's own Coriolis force was wrong in its sign and in two entries over several versions.
+//! It is switched off here; in the explicit form the products `<xVR>` … contain the Coriolis force
+//! of the added mass exactly. Source: gz-sim, `Hydrodynamics.hh` (8) and its theory page (10);
+//! SDFormat 1.10, `inertial.sdf`.
 
 use super::body::{Parts, added_share, split, turned, turned_absolute, turned_place, turned_product};
 use super::buoyancy::buoyancy;
@@ -90,7 +91,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     xml.open("plugin", &plugin);
     xml.leaf("link_name", link);
     xml.leaf("water_density", &number(source.file.water.density));
-    // off in both forms: the products below and the engine do it right
+    // off in both forms: the products below and the engine give the correct Coriolis force
     xml.leaf("disable_coriolis", "true");
     if explicit {
         let added = turned(&parts.added);
@@ -129,7 +130,7 @@ fn inertial(xml: &mut Xml, parts: &Parts, fluid: bool) {
     xml.leaf("mass", &number(body.mass));
     xml.open("inertia", &[]);
     let [ixx, iyy, izz, ixy, ixz, iyz] = body.central();
-    // products with one turned axis change sign, that with two does not
+    // products with one reversed axis change sign; the one with two does not
     let cells = [("ixx", ixx), ("ixy", -ixy), ("ixz", -ixz), ("iyy", iyy), ("iyz", iyz), ("izz", izz)];
     for (name, value) in cells {
         xml.leaf(name, &number(value));

@@ -1,4 +1,4 @@
-//! What every file says of itself, and what of the model it does not hold.
+//! The heading of every file, and the findings about parts of the model that it does not contain.
 
 use super::body::{Parts, coriolis};
 use super::coefficients::{Coefficients, Matrix, Tensor};
@@ -8,16 +8,16 @@ use crate::effects::Family;
 use crate::finding::Finding;
 use crate::frame::Dof;
 
-/// A coefficient that can be asked whether a target holds it: row, first and second velocity.
+/// A coefficient that a target may or may not contain: row, first and second velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cell {
     /// Constant force.
     Constant(usize),
-    /// Force by a velocity.
+    /// Force proportional to a velocity.
     Linear(usize, usize),
-    /// Force by ν_j |ν_k|.
+    /// Force proportional to ν_j |ν_k|.
     Absolute(usize, usize, usize),
-    /// Force by ν_j ν_k.
+    /// Force proportional to ν_j ν_k.
     Product(usize, usize, usize),
     /// Added mass.
     Added(usize, usize),
@@ -38,9 +38,9 @@ impl Cell {
     }
 }
 
-/// `text` on one line: control characters, line separators and marks of direction become blanks, so that nothing in a name
-/// can end a comment or a string of the file that it is written into, or show its code in another order than it runs
-/// (compilers refuse such marks: gcc's `-Wbidi-chars`).
+/// `text` on one line. Control characters, line separators and marks of text direction become
+/// blanks: no name can then end a comment or a string of the file, or show its code in an order
+/// other than the one in which it runs (compilers refuse such marks: gcc's `-Wbidi-chars`).
 pub(super) fn one_line(text: &str) -> String {
     let breaks = |c: char| {
         c.is_control()
@@ -49,11 +49,11 @@ pub(super) fn one_line(text: &str) -> String {
     text.chars().map(|c| if breaks(c) { ' ' } else { c }).collect()
 }
 
-/// How far a file holds: where its equations end, and in which steps they may be integrated.
+/// Limits of a file: where its equations are valid, and with which steps they may be integrated.
 pub(super) struct Bounds<'a> {
-    /// What the target does not know, or may not be asked.
+    /// What the target does not model or cannot be used for.
     pub limits: &'a str,
-    /// How long a step may be, or what grows.
+    /// The longest stable step, or the motions that grow.
     pub stability: &'a str,
 }
 
@@ -64,7 +64,7 @@ impl Bounds<'_> {
     }
 }
 
-/// The file being made: its findings and losses.
+/// A file under construction: its findings and losses.
 pub(super) struct Draft {
     pub target: Target,
     pub lost: Vec<String>,
@@ -76,7 +76,7 @@ impl Draft {
         Draft { target, lost: Vec::new(), warnings: Vec::new() }
     }
 
-    /// Tells the terms that have no coefficients.
+    /// Adds findings for the terms that have no coefficients.
     pub fn left_out(&mut self, found: &Coefficients) {
         for left in &found.left_out {
             let text = format!("`{}` is not in the file: {}", left.term, left.reason);
@@ -90,7 +90,7 @@ impl Draft {
         }
     }
 
-    /// Tells the coefficients that the target does not hold.
+    /// Adds findings for the coefficients that the target does not contain.
     pub fn missing(&mut self, found: &Coefficients, rest: &Tensor, added: &Matrix, holds: &dyn Fn(Cell) -> bool) {
         let mut cells: Vec<(Cell, f64)> = Vec::new();
         for i in 0..6 {
@@ -113,7 +113,7 @@ impl Draft {
         }
     }
 
-    /// Tells the degrees of freedom that the target has and the model has not.
+    /// Adds a finding for the degrees of freedom that the target has and the model does not.
     pub fn not_modelled(&mut self, found: &Coefficients) {
         let others: Vec<&str> = Dof::ALL.iter().filter(|d| !found.dofs.contains(d)).map(|d| d.name()).collect();
         if !others.is_empty() {
@@ -125,7 +125,7 @@ impl Draft {
         }
     }
 
-    /// Tells where the target's own Coriolis forces are made up for.
+    /// Adds a finding where products in the file correct the target's own Coriolis forces.
     pub fn cancelled(&mut self, found: &Coefficients, rest: &Tensor) {
         let implied = coriolis(&found.inertia);
         let differs = |i: usize| (0..6).any(|j| (0..6).any(|k| rest[i][j][k] != 0.0 && implied[i][j][k] != 0.0));
@@ -139,7 +139,7 @@ impl Draft {
         }
     }
 
-    /// Tells a rigid body that cannot be.
+    /// Adds a finding for moments of inertia that no rigid body has.
     pub fn body(&mut self, parts: &Parts) {
         let [a, b, c, ..] = parts.body.central();
         if a + b < c || a + c < b || b + c < a || a.min(b).min(c) <= 0.0 {
@@ -151,7 +151,8 @@ impl Draft {
         }
     }
 
-    /// The lines that open every file: source, target, signs, axes, range, limits and stability, losses.
+    /// The first lines of every file: source, target, signs, axes, range, limits and stability,
+    /// losses.
     pub fn head(&self, source: &Source<'_>, conventions: &[&str], bounds: &Bounds<'_>) -> Vec<String> {
         let file = source.file;
         let name = if file.vehicle.name.is_empty() { "a vehicle" } else { &file.vehicle.name };

@@ -1,14 +1,15 @@
-//! What a Kalman filter or a linear-quadratic regulator of the user's own needs, from the data: the linear model with the
+//! Data for the user's own Kalman filter or linear-quadratic regulator: the linear model with the
 //! random force and the noise of the sensors.
 //!
 //! ```text
-//! x = [motion, d, b]:   ẋ = A x + B τ + G w,   y = C x + D τ + e          ḋ = −d/T + w,   Q = 2σ²/T,   R = std²
+//! x = [motion, d, b]:   ẋ = A x + B τ + G w,   y = C x + D τ + e      ḋ = −d/T + w,   Q = 2σ²/T,   R = std²
 //! x_{k+1} = A_d x_k + B_d τ_k + w_k,   Q_d = ∫₀^{dt} e^{As} G Q Gᵀ e^{Aᵀs} ds
 //! ```
 //!
-//! d: random force of a degree of freedom, N or N·m, which enters its velocities by M⁻¹; b: the part of a sensor's noise
-//! that is correlated in time; w: white, of intensity Q; e: white, of variance R at each sample. Q_d and A_d by Van Loan,
-//! *IEEE Transactions on Automatic Control* 23 (1978) 395-404.
+//! d: random force of a degree of freedom, N or N·m, which acts on its velocities through M⁻¹; b:
+//! part of a sensor's noise that is correlated in time; w: white, of intensity Q; e: white, of
+//! variance R at each sample. Q_d and A_d by Van Loan, *IEEE Transactions on Automatic Control* 23
+//! (1978) 395-404.
 
 use std::path::Path;
 
@@ -27,7 +28,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::symbolic::{Graph, Leaf};
 
-/// Time step where the model file knows no rate of a sensor, s.
+/// Time step if the model file contains no rate of a sensor, s.
 const STEP: f64 = 0.1;
 
 /// A linear model with its noise. Matrices by rows.
@@ -39,7 +40,7 @@ pub struct Kalman {
     pub inputs: Vec<String>,
     /// Names of the outputs, as columns of a log.
     pub outputs: Vec<String>,
-    /// Names of what is random, by the columns of `G`.
+    /// Names of the noises, in the order of the columns of `G`.
     pub noises: Vec<String>,
     /// States at the operating point.
     pub x0: Vec<f64>,
@@ -62,7 +63,8 @@ pub struct Kalman {
     /// ∂h/∂τ.
     #[serde(rename = "D")]
     pub d: Vec<Vec<f64>>,
-    /// Intensity of w, N²/s and N²·m²/s; of coloured noise its unit squared a second.
+    /// Intensity of w, N²/s and N²·m²/s; for coloured sensor noise the square of its unit per
+    /// second.
     #[serde(rename = "Q")]
     pub q: Vec<Vec<f64>>,
     /// Variance of each sample.
@@ -79,7 +81,7 @@ pub struct Kalman {
     pub q_d: Vec<Vec<f64>>,
 }
 
-/// A first-order Gauss-Markov state: name, rms, correlation time, and where it enters.
+/// A first-order Gauss-Markov state: name, rms, correlation time, and where it acts.
 struct Process {
     name: String,
     rms: f64,
@@ -88,14 +90,14 @@ struct Process {
 }
 
 enum Enters {
-    /// Rates of the motion's states, per unit.
+    /// Rates of the motion's states per unit of force.
     Rates(Vec<f64>),
     /// Output of this index.
     Output(usize),
 }
 
-/// The filter's model of `model` linearised as `linear`, with `noise` and steps of `dt` seconds. Outputs without a known
-/// noise are left out.
+/// The filter model of `model`, which `linear` linearises, with `noise` and a time step of `dt`
+/// seconds. Outputs without a known noise are omitted.
 pub fn kalman(model: &Model, linear: &Linear, noise: &ModelNoise, dt: f64) -> Kalman {
     let kept: Vec<usize> =
         (0..linear.outputs.len()).filter(|k| noise.of_channel(&linear.outputs[*k]).is_some()).collect();
@@ -157,7 +159,8 @@ pub fn kalman(model: &Model, linear: &Linear, noise: &ModelNoise, dt: f64) -> Ka
 }
 
 impl Kalman {
-    /// States that no output tells of, neither themselves nor by way of others that they move; in the order of `states`.
+    /// Unobserved states: neither an output nor the rate of an observed state depends on them; in
+    /// the order of `states`.
     pub(super) fn unseen(&self) -> Vec<String> {
         let mut seen: Vec<bool> = (0..self.states.len()).map(|j| self.c.iter().any(|row| row[j] != 0.0)).collect();
         loop {
@@ -176,7 +179,7 @@ fn rows(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
     m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// What a unit of force in the degree of freedom of index `k` adds to the rate of each state: a column of M⁻¹.
+/// Rate of each state per unit of force in the degree of freedom with index `k`: a column of M⁻¹.
 fn pushed(model: &Model, linear: &Linear, k: usize) -> Option<Vec<f64>> {
     let graph = Graph::new();
     let channels = model.dofs.iter().map(|d| d.force().to_string()).collect();
@@ -200,8 +203,8 @@ fn pushed(model: &Model, linear: &Linear, k: usize) -> Option<Vec<f64>> {
     Some(linear.states.iter().map(|name| row(name).map_or(0.0, |i| mobility[(i, k)])).collect())
 }
 
-/// e^M by scaling, a Taylor series and squaring; nalgebra has it only with its `std`. With the scaled norm below a half
-/// what is left of the series after 16 terms is 0.5¹⁷/17! < 1e-19.
+/// e^M by scaling, a Taylor series and squaring; nalgebra has it only with its `std` feature. With
+/// a scaled norm below one half, the remainder of the series after 16 terms is 0.5¹⁷/17! < 1e-19.
 fn exponential(m: &DMatrix<f64>) -> DMatrix<f64> {
     let norm = m.row_iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max);
     let squarings = (2.0 * norm).max(1.0).log2().ceil() as i32;
@@ -215,7 +218,7 @@ fn exponential(m: &DMatrix<f64>) -> DMatrix<f64> {
     (0..squarings).fold(sum, |e, _| &e * &e)
 }
 
-/// A_d, B_d and Q_d of a step.
+/// A_d, B_d and Q_d for one step.
 fn discrete(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -287,7 +290,7 @@ struct File<'a> {
     kalman: &'a Kalman,
 }
 
-/// Finite numbers and texts can always be written.
+/// The error of a failed serialisation, which finite numbers and texts never cause.
 fn unwritable(path: &Path) -> ExportError {
     ExportError::Value { name: path.display().to_string(), value: f64::NAN, positive: false }
 }
@@ -301,7 +304,7 @@ fn toml(head: &[String], found: &Kalman, path: &Path) -> Result<String, ExportEr
     toml::to_string(&File { format: 1, comment: head, kalman: found }).map_err(|_| unwritable(path))
 }
 
-/// The matrices by their names in a file.
+/// The matrices with their names in a file.
 pub(super) fn matrices(found: &Kalman) -> [(&'static str, &Vec<Vec<f64>>, usize); 10] {
     let (n, m, w, y) = (found.states.len(), found.inputs.len(), found.noises.len(), found.outputs.len());
     [

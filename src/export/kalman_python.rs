@@ -1,4 +1,5 @@
-//! A filter's model as a Python module, with python-control's system and the stationary gain as functions.
+//! The model of a Kalman filter as a Python module, with the system of python-control and the
+//! stationary gain as functions.
 
 use super::kalman::{Kalman, matrices};
 use super::number::{number, numbers};

@@ -4,9 +4,10 @@
 //! δẋ = A δx + B δτ      δy = C δx + D δτ        A = ∂f/∂x, B = ∂f/∂τ, C = ∂h/∂x, D = ∂h/∂τ at (x₀, τ₀)
 //! ```
 //!
-//! x: velocities, the angles that turn with them, memory of effects (thrust lag); τ: nominal force and moment; y: what
-//! the sensors log. The derivatives are those of the model's formulas, not differences. τ₀ is the force that holds the
-//! velocities of the point unless it is given.
+//! x: velocities, the angles that change with them, memory of effects (thrust lag); τ: nominal
+//! force and moment; y: the channels that the sensors log. The derivatives are exact derivatives of
+//! the model's formulas, not differences. Unless τ₀ is given, it is the force that holds the
+//! velocities of the point.
 
 use std::collections::BTreeSet;
 
@@ -54,16 +55,16 @@ pub struct Linear {
     pub rate0: Vec<f64>,
 }
 
-/// Where a linear model ends.
+/// Limits of validity of a linear model.
 pub(super) const SMALL: &str = "small motions about x0 and tau0; what is not linear, and delays, are not in it";
 
-/// Steps of the search for the forces that hold a point.
+/// Maximum number of Newton steps in the search for the forces that hold a point.
 const STEPS: usize = 30;
 
 /// Linearises `model` at the point `at` (states and forces by name, SI).
 ///
 /// # Errors
-/// [`ExportError::Point`] for a name that is neither; [`ExportError::NoTrim`] where no force holds the point.
+/// [`ExportError::Point`] for an unknown name; [`ExportError::NoTrim`] if no force holds the point.
 pub fn linear(model: &Model, at: &std::collections::BTreeMap<String, f64>) -> Result<Linear, ExportError> {
     let graph = Graph::new();
     let channels: BTreeSet<String> = model.dofs.iter().map(|d| d.force().to_string()).collect();
@@ -106,12 +107,12 @@ pub fn linear(model: &Model, at: &std::collections::BTreeMap<String, f64>) -> Re
     })
 }
 
-/// The equations with what is needed to evaluate them.
+/// The equations with the data that their evaluation needs.
 struct Point<'g, 'a> {
     model: &'a Model,
     states: Vec<State<'g>>,
     outputs: Vec<&'static str>,
-    /// Index of the input of each degree of freedom's force, where it is read.
+    /// Index of the input of each degree of freedom's force, if the equations read it.
     forces: Vec<Option<u16>>,
     values: Vec<f64>,
     given: Vec<f64>,
@@ -123,7 +124,8 @@ impl<'g, 'a> Point<'g, 'a> {
         equations: &Equations<'g>,
         at: &std::collections::BTreeMap<String, f64>,
     ) -> Result<Point<'g, 'a>, ExportError> {
-        // velocities, memory, angles that turn, and what those read; a position that nothing reads is left out
+        // velocities, memory, the logged angles, and the states that these depend on; a position
+        // that nothing reads is left out
         let outputs: Vec<&'static str> = model
             .dofs
             .iter()
@@ -169,7 +171,7 @@ impl<'g, 'a> Point<'g, 'a> {
         }
     }
 
-    /// The states with memory at rest under these forces.
+    /// The states, with the memory states settled under these forces.
     fn settled(&self, tau: &[f64]) -> Vec<f64> {
         let mut x = self.given.clone();
         for (i, state) in self.states.iter().enumerate() {
@@ -187,7 +189,8 @@ impl<'g, 'a> Point<'g, 'a> {
         DVector::from_vec(rates)
     }
 
-    /// States and forces of the point: forces that are not given hold the velocities.
+    /// States and forces of the point. If no force is given, the forces are those that hold the
+    /// velocities.
     fn hold(&self, at: &std::collections::BTreeMap<String, f64>) -> Result<(Vec<f64>, Vec<f64>), ExportError> {
         let mut tau: Vec<f64> = self.model.dofs.iter().map(|d| at.get(d.force()).copied().unwrap_or(0.0)).collect();
         if self.model.dofs.iter().any(|d| at.contains_key(d.force())) {
@@ -199,7 +202,7 @@ impl<'g, 'a> Point<'g, 'a> {
             if rate.amax() < 1e-12 {
                 break;
             }
-            // memory stands between force and acceleration, so that a difference is taken over both
+            // memory may lie between force and acceleration, so the difference is taken over both
             let mut slope = DMatrix::zeros(n, n);
             for k in 0..n {
                 let step = 1e-3 * tau[k].abs().max(1.0);
@@ -211,7 +214,7 @@ impl<'g, 'a> Point<'g, 'a> {
             tau.iter_mut().zip(change.iter()).for_each(|(t, c)| *t -= c);
             rate = self.accelerations(&tau);
         }
-        // NaN is not below the bound
+        // a NaN is not below the limit and gives the error
         if rate.amax() < 1e-6 {
             return Ok((self.settled(&tau), tau));
         }
@@ -229,7 +232,8 @@ impl<'g, 'a> Point<'g, 'a> {
     }
 }
 
-/// The linear model by its commands: B and A with the losses of thrust between nominal force and the one that acts.
+/// The linear model with commands as inputs: A, B, C and D include the losses of thrust between
+/// nominal and effective force.
 pub(super) fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<Linear, ExportError> {
     let losses = &source.losses;
     if !losses.any() {
@@ -265,7 +269,7 @@ pub(super) fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<
     Ok(found)
 }
 
-/// A draft with what a linear model leaves out, and what of its operating point has to be known.
+/// A draft with findings about the parts that the linear model omits and about its operating point.
 pub(super) fn told(source: &Source<'_>, found: &Linear, target: Target) -> Draft {
     let mut draft = Draft::new(target);
     for term in &source.model.terms {
@@ -392,7 +396,7 @@ mod tests {
         assert!((found.a[1][2] + 250.0 * 0.5 / 300.0).abs() < 1e-12);
         assert!((found.a[2][1] + 50.0 * 0.5 / 60.0).abs() < 1e-12);
         assert!((found.a[3][2] - 1.0).abs() < 1e-15 && (found.b[2][2] - 1.0 / 60.0).abs() < 1e-15);
-        // held by 20·0.5 + 120·0.25
+        // the holding force is 20·0.5 + 120·0.25
         assert!((found.tau0[0] - 40.0).abs() < 1e-6 && found.rate0[0].abs() < 1e-9, "{:?}", found.tau0);
     }
 

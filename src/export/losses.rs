@@ -1,12 +1,13 @@
-//! Losses of thrust that the values of a model go with: carried into a target, or refused.
+//! Losses of thrust that belong to a model: transferred to a target, or refused.
 //!
 //! ```text
 //! τᵢ = η_inter,i η_adv(|νᵢ|) τ_nom,i     (moments: |u|),     η_adv = max(slope |ν| + intercept, 0)
 //! ```
 //!
-//! A model is fitted on the forces that act, τ; commands are nominal forces, τ_nom. A target that is code or a matrix
-//! counts the losses itself, so that its input is the command. One that is coefficients alone has no place for them.
-//! The rule is that of [`crate::procedure::acting_forces`] for runs that log forces of the vehicle.
+//! A model is fitted with effective forces, τ; commands are nominal forces, τ_nom. A target that is
+//! code or a matrix applies the losses itself, so that its input is the command. A target of
+//! coefficients alone has no place for them. The rule is that of
+//! [`crate::procedure::acting_forces`] for runs that log forces of the vehicle.
 
 use super::number::number;
 use super::{ExportError, ExportOptions, Target};
@@ -16,26 +17,26 @@ use crate::thrust::advance::AdvanceLoss;
 use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
 use crate::thrust::thruster::Thruster;
 
-/// Losses in body axes: the force that acts from the nominal one.
+/// Losses in body axes: factors between nominal and effective force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Losses {
     /// η_inter of each degree of freedom, 1.
     pub interaction: [f64; 6],
-    /// Slope and intercept of η_adv; 0 and 1 without.
+    /// Slope and intercept of η_adv; 0 and 1 without a loss.
     pub advance: [f64; 2],
-    /// Whether the forces of the target act, though the model has losses.
+    /// Whether the forces of the target are effective forces although the model has losses.
     pub acting: bool,
 }
 
 impl Losses {
     const NONE: Losses = Losses { interaction: [1.0; 6], advance: [0.0, 1.0], acting: false };
 
-    /// Whether there is anything to carry.
+    /// Whether there are losses to transfer.
     pub fn any(&self) -> bool {
         *self != Losses { acting: self.acting, ..Losses::NONE }
     }
 
-    /// Index of the velocity that the thrust of a degree of freedom advances with.
+    /// Index of the velocity that is the advance speed of a degree of freedom.
     pub fn speed(row: usize) -> usize {
         if row < 3 { row } else { Dof::Surge.index() }
     }
@@ -48,7 +49,7 @@ impl Losses {
         [self.interaction[row] * advance.max(0.0), self.interaction[row] * rate]
     }
 
-    /// The line of the heading.
+    /// The line about losses in the heading.
     pub fn told(&self) -> Option<String> {
         if self.acting {
             return Some("Forces here are those that act: losses of thrust are left to what makes them".into());
@@ -65,10 +66,10 @@ impl Losses {
     }
 }
 
-/// What a model's losses come to in a target.
+/// The losses of a model in the form of a target.
 ///
 /// # Errors
-/// [`ExportError::Losses`] where the target has no place for them.
+/// [`ExportError::Losses`] if the target has no place for them.
 pub(super) fn of(efficiency: &Efficiency, target: Target, options: &ExportOptions) -> Result<Losses, ExportError> {
     let lossless = efficiency.eta_adv.is_none_or(is_one) && efficiency.eta_inter.0.iter().all(|e| is(e.value, 1.0));
     if lossless {
@@ -96,13 +97,15 @@ pub(super) fn of(efficiency: &Efficiency, target: Target, options: &ExportOption
     Ok(Losses { interaction: Dof::ALL.map(|dof| efficiency.eta_inter.value(dof, &[])), advance, acting: false })
 }
 
-/// The one factor by which a thruster of a campaign pushes less than at bollard pull, at any speed.
+/// The factor by which a thruster of a campaign pushes less than at bollard pull, if it is the same
+/// at any speed.
 ///
-/// It is that of the degrees of freedom which the model has: a small lever about another one is in no force of the fit.
-/// Of a thruster that pushes in none of them, as a vertical one in a model of the plane, it is that of those named.
+/// It is that of the degrees of freedom of the model: a small lever about another one is in no
+/// force of the fit. For a thruster that pushes in none of them, such as a vertical one in a
+/// horizontal-plane model, it is that of the degrees of freedom that eta_inter names.
 ///
 /// # Errors
-/// [`ExportError::Losses`] where there is no such factor.
+/// [`ExportError::Losses`] if there is no such factor.
 pub(super) fn gain(campaign: &CampaignFile, of: &Thruster, options: &ExportOptions) -> Result<f64, ExportError> {
     if options.acting {
         return Ok(1.0);
@@ -171,7 +174,7 @@ mod tests {
         let given =
             efficiency("eta_inter = { surge = 0.9 }\neta_adv = { slope = -0.2, intercept = 1.0, valid = [0, 1] }");
         let carried = of(&given, Target::FossenPython, &ExportOptions::default()).unwrap();
-        // 0.9 (1 − 0.2·0.5) and its slope; a moment by the speed ahead
+        // 0.9 (1 − 0.2·0.5) and its slope; for a moment the speed ahead counts
         let [eta, rate] = carried.at(0, -0.5);
         assert!((eta - 0.81).abs() < 1e-12 && (rate - 0.18).abs() < 1e-12);
         assert_eq!((Losses::speed(1), Losses::speed(5)), (1, 0));

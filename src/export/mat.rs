@@ -1,4 +1,4 @@
-//! MAT files, level 5: the little of it that matrices and texts need.
+//! A writer of MAT files, level 5, for matrices and texts only.
 //!
 //! ```text
 //! header: 116 bytes of text, 8 of offset, version 0x0100, "IM"     element: type u32, bytes u32, data to 8
@@ -19,7 +19,7 @@ const MATRIX: u32 = 14;
 const CHAR_CLASS: u32 = 4;
 const DOUBLE_CLASS: u32 = 6;
 
-/// The file of a linear model; `comment` is a variable of that name.
+/// The file of a linear model, with `comment` as a variable of that name.
 pub(super) fn write(comment: &str, model: &Linear) -> Vec<u8> {
     let [x0, tau0] = [&model.x0, &model.tau0].map(|x| x.iter().map(|x| vec![*x]).collect::<Vec<_>>());
     let columns = [model.states.len(), model.inputs.len()];
@@ -41,7 +41,8 @@ pub(super) fn write(comment: &str, model: &Linear) -> Vec<u8> {
     variables(&matrices, &texts)
 }
 
-/// The file of these matrices, each with its name, its rows and their length, and lists of texts.
+/// The file of these matrices, each with name, rows and number of columns, and of these lists of
+/// texts.
 pub(super) fn variables(matrices: &[(&str, &Vec<Vec<f64>>, usize)], lists: &[(&str, &[String])]) -> Vec<u8> {
     let text = format!("MATLAB 5.0 MAT-file, written by hydrosysid {}", env!("CARGO_PKG_VERSION"));
     let mut bytes: Vec<u8> = text.bytes().chain(std::iter::repeat(b' ')).take(116).collect();
@@ -62,7 +63,7 @@ fn doubles(values: &[f64]) -> Vec<u8> {
     values.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// A character matrix, a row a text, filled up with blanks.
+/// A character matrix with one row per text, padded with blanks.
 fn texts(name: &str, list: &[String]) -> Vec<u8> {
     let rows: Vec<Vec<u16>> = list.iter().map(|text| text.encode_utf16().collect()).collect();
     let width = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -74,7 +75,7 @@ fn texts(name: &str, list: &[String]) -> Vec<u8> {
 fn array(name: &str, class: u32, rows: usize, columns: usize, kind: u32, data: &[u8]) -> Vec<u8> {
     let words = |values: [u32; 2]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
     let mut body = element(UINT32, &words([class, 0]));
-    // a matrix of this crate has a few dozen rows
+    // matrices of this crate have a few dozen rows
     let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     body.extend(element(INT32, &words([size(rows), size(columns)])));
     body.extend(element(INT8, name.as_bytes()));

@@ -1,12 +1,13 @@
-//! A model for the tools that use it: simulators, control design, tables.
+//! Export of a model to the tools that use it: simulators, control design, tables.
 //!
 //! ```text
-//! model ──► coefficients (read off its terms) ──► rigid body + added mass + damping ──► one file a target
+//! model ──► coefficients (read off its terms) ──► rigid body + added mass + damping ──► one file per target
 //! ```
 //!
-//! Every file says in a comment what wrote it, for which version of the target, with which signs and in which axes, and
-//! what of the model is not in it, and between which speeds and amplitudes it was fitted. What a target cannot express is
-//! never dropped in silence: it is a finding.
+//! Every file states in a comment: the program that wrote it, the versions of the target it is for,
+//! its signs and axes, the parts of the model that it does not contain, and the speeds and
+//! amplitudes of the fit. What a target cannot express is never dropped silently: it gives a
+//! finding.
 
 pub mod body;
 mod buoyancy;
@@ -51,22 +52,23 @@ use crate::finding::Finding;
 use crate::model::Model;
 use crate::text_file;
 
-/// What a target may need besides the model.
+/// Inputs that a target may need besides the model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExportOptions {
-    /// Name of the link; `base_link` when absent.
+    /// Name of the link; `base_link` if absent.
     pub link: Option<String>,
-    /// Dry mass, kg; that of the vehicle when absent.
+    /// Dry mass, kg; that of the vehicle if absent.
     pub mass: Option<f64>,
     /// Dry moments of inertia about the body origin (roll, pitch, yaw), kg·m².
     pub inertia: Option<[f64; 3]>,
-    /// Operating point of the linear model: states and forces by their names in a log, SI; 0 where absent, but forces,
-    /// which are those that hold the point.
+    /// Operating point of the linear model: states and forces by their names in a log, SI. An
+    /// absent state is 0; if no force is given, the forces are those that hold the point.
     pub at: BTreeMap<String, f64>,
-    /// Whether forces in the target are those that act on the hull, and not the nominal ones: losses of thrust
-    /// (`[efficiency]`) are then left to what makes the forces.
+    /// Whether forces in the target are effective forces on the hull and not nominal ones: losses
+    /// of thrust (`[efficiency]`) are then left to the part of the simulator that computes the
+    /// forces.
     pub acting: bool,
-    /// Version of the consumer that reads the file, `7.2`; any that the target is meant for when absent.
+    /// Version of the consumer that reads the file, `7.2`; if absent, any that the target supports.
     pub version: Option<String>,
 }
 
@@ -79,16 +81,16 @@ pub struct Export {
     pub target: Target,
     /// Versions of the target for which the file is meant.
     pub version: &'static str,
-    /// Terms and coefficients of the model that the file does not hold.
+    /// Terms and coefficients of the model that the file does not contain.
     pub lost: Vec<String>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
     /// The content of the file.
     #[serde(skip)]
     pub bytes: Vec<u8>,
 }
 
-/// Why nothing can be exported.
+/// Error of an export.
 #[derive(Debug, Error)]
 pub enum ExportError {
     /// The model file cannot be used.
@@ -103,12 +105,12 @@ pub enum ExportError {
     /// The rigid body has no inertia.
     #[error("no moment of inertia is known and none can be made from the vehicle's length: give --inertia IXX,IYY,IZZ")]
     NoInertia,
-    /// A value that no file can hold.
+    /// A value that no file can contain.
     #[error("{name} = {value}: must be a finite number{}", if *.positive { " above 0" } else { "" })]
     Value {
-        /// What it is.
+        /// Name of the quantity.
         name: String,
-        /// What was found.
+        /// Its value.
         value: f64,
         /// Whether it has to be positive.
         positive: bool,
@@ -118,26 +120,26 @@ pub enum ExportError {
     Point {
         /// The key given.
         key: String,
-        /// What there is.
+        /// The names that the model has.
         known: String,
     },
     /// No force holds the operating point.
     #[error("no force holds this operating point: {reason}")]
     NoTrim {
-        /// Why.
+        /// Cause.
         reason: String,
     },
-    /// The losses of thrust that the values of the model go with have no place in the target.
+    /// The target has no place for the losses of thrust that belong to the model.
     #[error(
         "the model goes with losses of thrust ([efficiency]: {losses}), and {reason}: count them in what makes the forces, and export with --acting, by which the forces of the target are those that act"
     )]
     Losses {
-        /// What is lost.
+        /// The losses.
         losses: String,
-        /// Why it cannot be carried.
+        /// Why the target cannot carry them.
         reason: String,
     },
-    /// A version of the consumer that the target is not meant for, or no version at all.
+    /// A version of the consumer that the target does not support, or no version at all.
     #[error("{version:?}: {reason}")]
     Version {
         /// The version given.
@@ -145,7 +147,7 @@ pub enum ExportError {
         /// Why it is refused, and what to do.
         reason: String,
     },
-    /// The model file carries no noise.
+    /// The model file contains no noise.
     #[error(
         "{}: this model carries no noise, which the filter needs: fit the campaign with estimator = \"filter_error\" and --model FILE, and export that",
         .0.display()
@@ -161,12 +163,12 @@ pub enum ExportError {
         file: PathBuf,
         /// Name of the target.
         target: &'static str,
-        /// What it takes.
+        /// The kind of file that it takes.
         wanted: &'static str,
     },
 }
 
-/// What is written: a model with where it comes from.
+/// A model to be written, with its origin.
 struct Source<'a> {
     path: &'a Path,
     file: &'a ModelFile,
@@ -174,13 +176,13 @@ struct Source<'a> {
     losses: losses::Losses,
 }
 
-/// Makes the file of a target from a model file, or, for thrusters, from a campaign file.
+/// Makes the file of a target from a model file or, for thrusters, from a campaign file.
 ///
 /// # Errors
 /// [`ExportError`].
 pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
     check(options)?;
-    // once: the file may be a pipe
+    // read only once: the file may be a pipe
     let bytes = text_file::read_bytes(path)
         .map_err(|e| ModelFileError::CannotRead { file: path.to_path_buf(), kind: e.kind() })?;
     let text = String::from_utf8_lossy(&bytes);
@@ -203,7 +205,7 @@ pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Ex
     export_model(&file, path, target, options)
 }
 
-/// Makes the file of a target from a model in memory; `path` is named in it.
+/// Makes the file of a target from a model in memory; the file names `path` as its source.
 ///
 /// # Errors
 /// [`ExportError`].

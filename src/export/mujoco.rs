@@ -1,4 +1,5 @@
-//! MuJoCo: an MJCF with the rigid body, and a callback for what MuJoCo's fluid cannot hold.
+//! MuJoCo: an MJCF with the rigid body, and a callback for the hydrodynamics that MuJoCo's fluid
+//! models cannot express.
 //!
 //! ```text
 //! MuJoCo:  M_RB ν̇ = w + τ + F − C_RB(ν) ν      w: gravity, applied forces
@@ -6,14 +7,15 @@
 //! bias:    F = M_RB a − τ + C_RB(ν) ν − gravity,   a = (M_RB + M_A)⁻¹ (τ + f)
 //! ```
 //!
-//! MuJoCo's own fluid models take their coefficients from shapes and have no added mass in the inertia; so density and
-//! viscosity are 0 and the whole of the hydrodynamics is the callback, which knows the commands and solves for the
-//! acceleration: an added mass of any size is stable.
+//! MuJoCo's own fluid models take their coefficients from shapes and have no added mass in the
+//! inertia. So density and viscosity are 0, and the callback computes all hydrodynamic forces. It
+//! knows the commands and solves for the acceleration, so an added mass of any size is stable.
 //!
-//! F is the bias of the six motors. A callback for passive forces would be asked of every model of the process, and with
-//! one written in Python none could be compiled any more: the compiler steps a model that Python does not know yet
-//! (MuJoCo's issue 1376). The callback for the bias is asked of motors that want it alone, in every stage of a step.
-//! Source: MuJoCo 4.0, `mj_fwdActuation`, free joint: velocity of the origin in world axes, rates in body axes.
+//! F is the bias of the six motors. A callback for passive forces would be called for every model
+//! of the process, and with one written in Python no model could be compiled any more: the compiler
+//! steps a model that Python does not know yet (MuJoCo's issue 1376). The callback for the bias is
+//! called only for motors that ask for it, in every stage of a step. Source: MuJoCo 4.0,
+//! `mj_fwdActuation`, free joint: velocity of the origin in world axes, rates in body axes.
 
 use super::body::turned_place;
 use super::fossen::{CONVENTIONS, Pieces, python};
@@ -23,7 +25,7 @@ use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target};
 use crate::frame::Dof;
 
-/// Longest step that is written, s: MuJoCo's own default.
+/// Longest step that is written to the file, s: MuJoCo's own default.
 const STEP: f64 = 0.002;
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
@@ -67,7 +69,7 @@ fn mjcf(source: &Source<'_>, options: &ExportOptions, pieces: &Pieces, step: f64
     xml.close();
     xml.open("actuator", &[]);
     for dof in Dof::ALL {
-        // forward-starboard-down in forward-port-up
+        // forward-starboard-down converted to forward-port-up
         let gear: Vec<f64> = Dof::ALL.map(|d| if d == dof { super::body::TURN[d.index()] } else { 0.0 }).to_vec();
         let gear = numbers(&gear, " ");
         xml.empty("general", &[("name", dof.force()), ("site", link), ("gear", &gear), ("biastype", "user")]);

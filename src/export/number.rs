@@ -1,6 +1,7 @@
-//! Numbers as they are written into files.
+//! Format of numbers in files.
 
-/// Eleven significant digits without an exponent where a person would not use one, and never −0.
+/// A number with eleven significant digits, with an exponent only if it is very small or large, and
+/// never −0.
 pub(super) fn number(x: f64) -> String {
     let short: f64 = format!("{x:.10e}").parse().unwrap_or(x);
     if short == 0.0 {
@@ -9,7 +10,7 @@ pub(super) fn number(x: f64) -> String {
     if (1e-5..1e15).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
 }
 
-/// Numbers with this between them.
+/// Numbers joined by `between`.
 pub(super) fn numbers(values: &[f64], between: &str) -> String {
     values.iter().map(|x| number(*x)).collect::<Vec<_>>().join(between)
 }

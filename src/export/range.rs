@@ -1,7 +1,7 @@
-//! Where the model ends and the target does not: what it will extrapolate.
+//! Findings where a target extrapolates beyond the range of the model.
 //!
-//! A target moves at any speed, attitude and amplitude; the model was fitted between those of its envelope. Every file
-//! says the envelope in its heading, and what the target cannot know is a finding.
+//! A target moves at any speed, attitude and amplitude; the model was fitted within its envelope.
+//! The heading of every file states the envelope; what the target does not check is a finding.
 
 use super::{ExportOptions, Target, codes};
 use crate::campaign::ModelFile;
@@ -11,7 +11,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 
-/// What there is to say of the range of a model in a target that moves by it.
+/// Findings about the range of the model in a target.
 pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options: &ExportOptions) -> Vec<Finding> {
     if matches!(target, Target::Latex | Target::Csv) {
         return Vec::new();
@@ -41,7 +41,8 @@ pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options:
     findings
 }
 
-/// Added mass and drag of one amplitude, in a target that takes them at any.
+/// A finding if added mass and drag were identified at one amplitude and the target uses them at
+/// any.
 fn at_one_amplitude(file: &ModelFile, model: &Model, target: Target) -> Option<Finding> {
     let of = |dof: &Dof| {
         let [low, high] = *file.envelope.get(&channel::keulegan_carpenter(*dof))?;
@@ -58,8 +59,8 @@ fn at_one_amplitude(file: &ModelFile, model: &Model, target: Target) -> Option<F
     })
 }
 
-/// An operating point that was given and lies beyond the envelope, its angles and forces; speeds are judged with the
-/// point itself.
+/// Findings for angles and forces of a given operating point that lie outside the envelope; speeds
+/// are checked with the point itself.
 fn beyond(file: &ModelFile, options: &ExportOptions) -> Vec<Finding> {
     let speed = |name: &str| Dof::ALL.iter().any(|dof| dof.velocity() == name);
     let of = |(name, value): (&String, &f64)| {

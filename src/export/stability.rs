@@ -1,13 +1,16 @@
-//! How long a step may be in a target that steps the velocities explicitly, and what grows in a linear model.
+//! Longest stable step in a target that integrates the velocities explicitly, and growing motions
+//! of a linear model.
 //!
 //! ```text
 //! J(ν) = M⁻¹ ∂f/∂ν,   ν ← ν + h J ν shrinks for h < −2 Re λ / |λ|² of every eigenvalue λ of J with Re λ < 0
 //! ```
 //!
-//! f: damping, products and Coriolis forces, at the corners of the speeds of the fit (m/s, rad/s); a motion that grows in
-//! the model grows in the target too, and bounds no step. Where added mass is a force from an earlier acceleration, steps
-//! have to be shorter: [`with_late_added_mass`]. Where angles too are stepped explicitly, by the velocities before the
-//! step, a righting moment swings up what is damped less than the step adds: [`longest_step_of_angles`].
+//! f: damping, products and Coriolis forces, at the corners of the speeds of the fit (m/s, rad/s).
+//! A motion that grows in the model also grows in the target and limits no step. If added mass is a
+//! force from an earlier acceleration, steps have to be shorter: [`with_late_added_mass`]. If
+//! angles, too, are integrated explicitly with the velocities before the step, a righting moment
+//! makes a motion oscillate with growing amplitude unless its damping exceeds what the step adds:
+//! [`longest_step_of_angles`].
 
 use std::collections::BTreeMap;
 
@@ -19,7 +22,7 @@ use super::number::number;
 use crate::eigenvalues::eigenvalues;
 use crate::frame::Dof;
 
-/// Speeds where the envelope of a model says none, m/s and rad/s.
+/// Speed of a degree of freedom if the envelope of the model does not contain it, m/s and rad/s.
 const SPEED: f64 = 1.0;
 
 /// The longest stable step of Euler's explicit rule, s; infinite without damping.
@@ -33,13 +36,14 @@ pub(super) fn longest_step(found: &Coefficients, parts: &Parts, envelope: &BTree
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The longest stable step of Euler's explicit rule for velocities and, by the velocities before it, roll and pitch, s.
+/// The longest stable step, s, of Euler's explicit rule for the velocities and for roll and pitch,
+/// which use the velocities before the step.
 ///
 /// ```text
 /// d/dt (φ, θ, ν) = [0 E; M⁻¹G  J] (φ, θ, ν),   G = ∂g/∂(φ, θ) and E ν = (p, q), upright
 /// ```
 ///
-/// At rest too, where damping is least.
+/// Evaluated at rest too, where damping is least.
 pub(super) fn longest_step_of_angles(
     found: &Coefficients,
     parts: &Parts,
@@ -83,9 +87,9 @@ fn corners(found: &Coefficients, envelope: &BTreeMap<String, [f64; 2]>) -> impl 
     (0..64_u32).map(move |corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { -reaches[i] } else { reaches[i] }))
 }
 
-/// The longest step with which Euler's explicit rule shrinks all that ẋ = J x damps, s.
+/// The longest step with which Euler's explicit rule damps every motion that ẋ = J x damps, s.
 fn shrinking(jacobian: &DMatrix<f64>) -> f64 {
-    // where they are not found: no eigenvalue is beyond the norm
+    // if the eigenvalues are not found: none is greater than the norm
     let unknown = || vec![Complex::new(-jacobian.norm(), 0.0)];
     let values = eigenvalues(jacobian).unwrap_or_else(unknown);
     let damped = values.iter().filter(|value| value.re < -1e-9);
@@ -102,20 +106,22 @@ fn slope(found: &Coefficients, nu: &[f64; 6]) -> Matrix6<f64> {
     })
 }
 
-/// The longest step of Euler's rule where added mass is applied as a force from the acceleration of the step before.
+/// The longest step of Euler's rule if added mass is applied as a force from the acceleration of
+/// the previous step.
 ///
 /// ```text
 /// m aₖ₊₁ = −d νₖ − s m âₖ,   âₖ = w aₖ + (1 − w) âₖ₋₁:   h < (1 − s/s_max) 2m/d,   s_max = (2 − w)/w
 /// ```
 ///
-/// `longest` is that of the whole inertia, 2m (1 + s)/d. s: added over rigid inertia; w: weight of the newest
-/// acceleration, 1 without a filter; from the root z = −1 of the characteristic polynomial, of one degree of freedom.
+/// `longest` is the step for the whole inertia, 2m (1 + s)/d. s: ratio of added to rigid inertia;
+/// w: weight of the newest acceleration, 1 without a filter. The limit follows from the root z = −1
+/// of the characteristic polynomial for one degree of freedom.
 pub(super) fn with_late_added_mass(longest: f64, share: f64, most: f64) -> f64 {
     let share = share.max(0.0);
     longest * (1.0 - share / most).max(0.0) / (1.0 + share)
 }
 
-/// In words.
+/// The longest step in words.
 pub(super) fn told(longest: f64) -> String {
     if longest.is_finite() {
         format!(
@@ -127,7 +133,8 @@ pub(super) fn told(longest: f64) -> String {
     }
 }
 
-/// In words, where whoever integrates may step angles, too, by the velocities before the step.
+/// The longest steps in words, if the integration may also step the angles with the velocities
+/// before the step.
 pub(super) fn told_with_angles(longest: f64, of_angles: f64) -> String {
     let velocities = told(longest);
     if of_angles >= longest {
@@ -144,7 +151,7 @@ fn digits(x: f64) -> String {
     number(format!("{x:.2e}").parse().unwrap_or(x))
 }
 
-/// What ẋ = A x does, by the eigenvalues of A (rows), in words.
+/// The behaviour of ẋ = A x from the eigenvalues of A (by rows), in words.
 pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
     let matrix = DMatrix::from_fn(a.len(), a.len(), |i, j| a[i][j]);
     let size = matrix.amax();
@@ -155,7 +162,7 @@ pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
         return "the eigenvalues of A were not found".into();
     };
     values.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
-    // rounding of the eigenvalues of a defective matrix is that of its square root
+    // an eigenvalue of a defective matrix is known to the square root of the rounding
     let still = size * 1e-8;
     let word = |value: &Complex<f64>| match value.im {
         im if im > 0.0 => Some(format!("{} +- {}i", digits(value.re), digits(im))),
@@ -201,7 +208,8 @@ mod tests {
         assert!(told(longest).contains("below 2 s"));
     }
 
-    /// I φ̈ = −d φ̇ − k φ, φ stepped by the rate before the step: (I, d, k) of roll.
+    /// Whether I φ̈ = −d φ̇ − k φ with I = 30 comes to rest if φ is stepped with the rate before the
+    /// step.
     fn comes_upright(d: f64, k: f64, h: f64) -> bool {
         let (mut phi, mut p) = (0.1_f64, 0.0);
         for _ in 0..200_000 {
@@ -222,7 +230,7 @@ mod tests {
         let options = ExportOptions { inertia: Some([30.0; 3]), ..ExportOptions::default() };
         let parts = split(&found, &vehicle, &options, &mut Vec::new()).unwrap();
         let [longest, of_angles] = [longest_step, longest_step_of_angles].map(|f| f(&found, &parts, &BTreeMap::new()));
-        // −2 Re λ / |λ|² of λ² + (d/I) λ + k/I = 0: d/k; the velocities alone 2 I/d
+        // −2 Re λ / |λ|² of λ² + (d/I) λ + k/I = 0: d/k; for the velocities alone 2 I/d
         assert!((of_angles - 12.0 / 1600.0).abs() < 1e-9, "{of_angles}");
         assert!((longest - 5.0).abs() < 1e-9, "{longest}");
         assert!(comes_upright(12.0, 1600.0, 0.9 * of_angles) && !comes_upright(12.0, 1600.0, 1.1 * of_angles));
@@ -231,7 +239,7 @@ mod tests {
         assert_eq!(told_with_angles(1.0, 2.0), told(1.0));
     }
 
-    /// Whether the scheme of [`with_late_added_mass`] comes to rest, of m = 1.
+    /// Whether the scheme of [`with_late_added_mass`] comes to rest for m = 1.
     fn comes_to_rest(drag: f64, share: f64, weight: f64, h: f64) -> bool {
         let (mut v, mut last, mut filtered) = (1.0_f64, 0.0, 0.0);
         for _ in 0..20_000 {

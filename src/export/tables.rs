@@ -1,11 +1,12 @@
-//! The parameters as a table: LaTeX for a paper, CSV for everything else.
+//! The parameters as a table: LaTeX for papers, CSV for other uses.
 //!
 //! ```text
-//! X_q̇ = (M_RB)₁₅ − m_uq,   X_u̇ = m − m_u,   K_ṗ = I_x − I_p          SNAME's added part: dry less virtual
-//! X_vr = k_vr,   Y_ur = −k_ur                                        a row of −C(ν)ν as a whole, with its dry part
+//! X_q̇ = (M_RB)₁₅ − m_uq,   X_u̇ = m − m_u,   K_ṗ = I_x − I_p        SNAME's added part: dry minus virtual
+//! X_vr = k_vr,   Y_ur = −k_ur                                      complete row of −C(ν)ν, with its dry part
 //! ```
 //!
-//! M_RB: of the dry mass, the centre of gravity and, where given, the dry moments of inertia about the body origin.
+//! M_RB: from the dry mass, the centre of gravity and, if given, the dry moments of inertia about
+//! the body origin.
 
 use std::fmt::Write;
 
@@ -49,7 +50,8 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     Ok(draft.finish(text.into_bytes()))
 }
 
-/// SNAME's name and value; of a moment of inertia, which no vehicle file holds, by the dry one that is given.
+/// SNAME's name and value; for a moment of inertia, which no vehicle file contains, from the given
+/// dry one.
 fn sname(p: &Parameter, told: FitParameter, inertia: Option<[f64; 3]>) -> FitParameter {
     let Some(dof) = p.place.dof else { return coriolis(p, told) };
     if p.effect != id::INERTIA || !dof.is_rotation() {
@@ -59,7 +61,7 @@ fn sname(p: &Parameter, told: FitParameter, inertia: Option<[f64; 3]>) -> FitPar
     FitParameter { sname: dry.and(p.spec.sname.clone()), sname_value: dry.map(|dry| dry - p.value), ..told }
 }
 
-/// A row of −C(ν)ν whose coefficient has SNAME's sign already: `k_vr` of surge is X_vr.
+/// A row of −C(ν)ν whose coefficient already has SNAME's sign: `k_vr` of surge is X_vr.
 fn coriolis(p: &Parameter, told: FitParameter) -> FitParameter {
     let row = Dof::ALL.into_iter().find(|dof| p.effect == id::coriolis(*dof));
     match (row, &told.sname, p.spec.name.strip_prefix("k_")) {
@@ -96,11 +98,12 @@ fn csv(head: &[String], rows: &[FitParameter]) -> String {
     text + &spreadsheet::csv(table, Terminator::Any(b'\n'))
 }
 
-/// A line of a comment in which no cell is a formula to a spreadsheet, which knows nothing of comments.
+/// A line of a comment in which no cell is a formula, because spreadsheets do not recognise
+/// comments.
 fn plain_cells(line: &str) -> String {
     let mut out = String::new();
     for part in line.split_inclusive([',', ';']) {
-        // behind a comma stands a blank where this program wrote it
+        // a cell that begins with a blank was written by this program
         out += &if part.starts_with(' ') { part.into() } else { harmless(part) };
     }
     out
@@ -111,7 +114,7 @@ fn latex(head: &[String], rows: &[FitParameter]) -> String {
     text += "\\begin{tabular}{llrll}\n\\toprule\nTerm & Symbol & Value & Unit & SNAME \\\\\n\\midrule\n";
     for p in rows {
         let std = p.std.filter(|s| *s > 0.0 && s.is_finite());
-        // as many digits as the standard deviation deserves: two
+        // digits down to the second significant digit of the standard deviation
         let value = match std {
             Some(std) => {
                 let decimals = (1 - std.log10().floor() as i32).clamp(0, 12) as usize;
@@ -141,7 +144,7 @@ fn rounded(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// Words as LaTeX writes them: its own characters escaped.
+/// Text for LaTeX, with its special characters escaped.
 fn words(text: &str) -> String {
     let mut out = String::new();
     for c in one_line(text).chars() {
@@ -158,7 +161,8 @@ fn words(text: &str) -> String {
 
 /// `k_u|u|` as `k_{u|u|}`, `X_udot` as `X_{\dot{u}}`.
 ///
-/// A difference of moments, `z_gW-z_bB`, as `z_g W - z_b B`; a sign that ends a name, `k_w|w|-`, is a part of its index.
+/// A difference of moments, `z_gW-z_bB`, becomes `z_g W - z_b B`; a sign at the end of a name,
+/// `k_w|w|-`, is part of its index.
 fn symbol(name: &str) -> String {
     if let Some((left, right)) = name.split_once('-').filter(|(_, right)| !right.is_empty()) {
         let product = |text: &str| match text.char_indices().last() {

@@ -1,8 +1,8 @@
-//! The targets: names, versions, kinds of file.
+//! The export targets: names, versions, kinds of file.
 
 use serde::{Deserialize, Serialize};
 
-/// What a model can be exported to.
+/// A target of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Target {
@@ -16,7 +16,7 @@ pub enum Target {
     Uuv,
     /// URDF with the `<hydrodynamics>` of the Robotic Decision Making Laboratory's library.
     Urdf,
-    /// MuJoCo: an MJCF and a callback for passive forces.
+    /// MuJoCo: an MJCF and a callback for the bias forces of its motors.
     Mujoco,
     /// A vehicle class of PythonVehicleSimulator, and of HoloOcean.
     #[serde(rename = "python-vehicle-simulator")]
@@ -25,7 +25,7 @@ pub enum Target {
     FossenPython,
     /// Matrices of Fossen's equations, MATLAB.
     FossenMatlab,
-    /// Fossen's equations as a header of C.
+    /// Fossen's equations as a C header.
     CHeader,
     /// Linear model as JSON.
     LinearJson,
@@ -50,7 +50,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// All, in the order in which they are listed.
+    /// All targets, in the order of the list for users.
     pub const ALL: [Target; 20] = [
         Target::Gazebo,
         Target::GazeboAddedMass,
@@ -74,7 +74,7 @@ impl Target {
         Target::Csv,
     ];
 
-    /// Name as it is typed: `gazebo-added-mass`.
+    /// Name on the command line: `gazebo-added-mass`.
     pub const fn name(self) -> &'static str {
         match self {
             Target::Gazebo => "gazebo",
@@ -105,7 +105,7 @@ impl Target {
         Target::ALL.into_iter().find(|target| target.name() == name)
     }
 
-    /// The form of the target that a file of this ending asks for: `kalman` as `.toml`, `.py` or `.mat`.
+    /// The form of the target for a file with this extension: `kalman` as `.toml`, `.py` or `.mat`.
     pub fn for_ending(self, ending: Option<&str>) -> Target {
         match (self, ending) {
             (Target::Kalman, Some("toml")) => Target::KalmanToml,
@@ -115,7 +115,7 @@ impl Target {
         }
     }
 
-    /// Versions of the target for which the file is meant.
+    /// Versions of the target for which the file is written.
     pub const fn version(self) -> &'static str {
         match self {
             Target::Gazebo => {
@@ -142,7 +142,7 @@ impl Target {
         }
     }
 
-    /// Whether it counts forces itself: code or a matrix, not coefficients alone.
+    /// Whether the target computes forces itself: it is code or a matrix, not coefficients alone.
     pub const fn computes(self) -> bool {
         let code = matches!(
             self,
@@ -151,7 +151,8 @@ impl Target {
         code || self.is_linear()
     }
 
-    /// Why a simulator is no target though people ask for it, and what to do instead; `None` for any other name.
+    /// Why a simulator that people ask for is no target, and what to do instead; `None` for any
+    /// other name.
     pub fn why_absent(name: &str) -> Option<&'static str> {
         name.eq_ignore_ascii_case("stonefish").then_some(
             "Stonefish is no target: its scenario takes drag from the faces of a mesh and added mass from an ellipsoid, and has \
@@ -174,7 +175,8 @@ impl Target {
         )
     }
 
-    /// The first version of the consumer, major and minor, where its files differ by version.
+    /// The first supported version of the consumer, major and minor, if files differ between
+    /// versions.
     pub const fn first_version(self) -> Option<[u32; 2]> {
         match self {
             Target::Gazebo => Some([7, 2]),

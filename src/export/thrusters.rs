@@ -1,12 +1,13 @@
 //! Thrusters of a campaign: gz-sim's Thruster system, and tables and parameters for ArduSub.
 //!
 //! ```text
-//! gz-sim: T = k_T ρ D⁴ n²        the command is a force, N; n, the speed of the blades, follows from it
+//! gz-sim: T = k_T ρ D⁴ n²        the command is a force, N; the blade speed n follows from it
 //! ArduSub: pwm = 1500 + d (max − 1500) for d > 0, 1500 + d (1500 − min) for d < 0        d: demand, −1 … 1
 //! ```
 //!
-//! ArduSub takes thrust as proportional to the demand (`AP_Motors6DOF::calc_thrust_to_pwm`); the true thrust of a demand
-//! is tabulated beside it. Sources: gz-sim, `Thruster.hh` (8); ArduPilot, `AP_Motors6DOF.cpp` (4.5).
+//! ArduSub assumes that thrust is proportional to the demand (`AP_Motors6DOF::calc_thrust_to_pwm`);
+//! the file tabulates the true thrust of a demand beside it. Sources: gz-sim, `Thruster.hh` (8);
+//! ArduPilot, `AP_Motors6DOF.cpp` (4.5).
 
 use std::fmt::Write;
 use std::path::Path;
@@ -120,13 +121,14 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], finding
     xml.finish()
 }
 
-/// Demands that are tabulated.
+/// Demands in the table.
 const DEMANDS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// Pulse width at which ArduSub has no thrust, µs.
+/// Pulse width at which ArduSub assumes no thrust, µs.
 const NEUTRAL: f64 = 1500.0;
 
-/// Pulse widths at full reverse and full forward of a thruster, µs, lower one first; whether it runs the other way.
+/// Pulse widths at full reverse and full forward of a thruster, µs, the lower one first; and
+/// whether it runs in reverse direction.
 fn ends(thruster: &Thruster) -> Option<(f64, f64, bool)> {
     let (neutral, span, max) = (thruster.neutral?, thruster.span?, thruster.max?);
     let reach = (span * max).abs();
@@ -159,7 +161,7 @@ fn ardusub(head: &[String], campaign: &CampaignFile, gains: &[f64], findings: &m
     text
 }
 
-/// True thrust beside the proportional one that ArduSub takes it for.
+/// True thrust beside the proportional thrust that ArduSub assumes.
 fn tables(campaign: &CampaignFile, gains: &[f64], (least, most): (f64, f64), findings: &mut Vec<Finding>) -> String {
     let mut text = String::new();
     for (thruster, gain) in campaign.thrusters.iter().zip(gains) {
@@ -168,7 +170,7 @@ fn tables(campaign: &CampaignFile, gains: &[f64], (least, most): (f64, f64), fin
         let curve = thruster.curve();
         let pulse = |d: f64| NEUTRAL + d * if d > 0.0 { most - NEUTRAL } else { NEUTRAL - least };
         let force = |d: f64| {
-            // MOT_n_DIRECTION mirrors the demand of a thruster that runs the other way
+            // MOT_n_DIRECTION mirrors the demand of a thruster that runs in reverse direction
             let mirrored = if reverse { pulse(-d) } else { pulse(d) };
             thruster.command_of_pulse(mirrored).map_or(f64::NAN, |v| gain * curve.force(v))
         };

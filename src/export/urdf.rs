@@ -1,15 +1,17 @@
-//! URDF with the `<hydrodynamics>` element of the Robotic Decision Making Laboratory's library `hydrodynamics`, which
-//! auv_controllers and blue read.
+//! URDF with the `<hydrodynamics>` element of the library `hydrodynamics` of the Robotic Decision
+//! Making Laboratory, which auv_controllers and blue read.
 //!
 //! ```text
 //! (M_RB + M_A) ν̇ + C(ν) ν + (D + D_q |ν|) ν + g(R) = τ       M_A, D, D_q diagonal, W = 9.81 m along +z
-//! <inertial> mass, inertia, center_of_gravity, added_mass   <damping> linear, quadratic   <hydrostatics> buoyancy, center_of_buoyancy
+//! <inertial> mass, inertia, center_of_gravity, added_mass   <damping> linear, quadratic
+//! <hydrostatics> buoyancy, center_of_buoyancy
 //! ```
 //!
-//! Weight along +z makes its axes forward-starboard-down, as the model's are; SNAME's signs, negative where they brake.
-//! The inertia is that about the body origin: the library adds no m r_g² to it. Beside it the `<link>` has the rigid body
-//! as every reader of URDF takes it: forward-port-up (REP 103), about the centre of gravity. Source: `hydrodynamics.cpp`
-//! of that library (2025), `parse_model_from_xml`, `forward_dynamics`.
+//! Because the weight is along +z, its axes are forward-starboard-down, like those of the model;
+//! signs are SNAME's, negative where they brake. The inertia is about the body origin: the library
+//! does not add m r_g² to it. In addition the `<link>` contains the rigid body as every reader of
+//! URDF takes it: forward-port-up (REP 103), about the centre of gravity. Source:
+//! `hydrodynamics.cpp` of that library (2025), `parse_model_from_xml`, `forward_dynamics`.
 
 use super::body::{Body, split, turned_place};
 use super::buoyancy::under;
@@ -75,7 +77,7 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
 }
 
 fn link(xml: &mut Xml, name: &str, body: &Body) {
-    // the products with one turned axis change sign, that with two does not
+    // products with one reversed axis change sign; the one with two does not
     let [ixx, iyy, izz, ixy, ixz, iyz] = body.central();
     let [ixx, ixy, ixz, iyy, iyz, izz] = [ixx, -ixy, -ixz, iyy, iyz, izz].map(number);
     xml.open("link", &[("name", name)]);
@@ -91,7 +93,7 @@ fn place(xml: &mut Xml, name: &str, [x, y, z]: [f64; 3]) {
     xml.empty(name, &[("x", &number(x)), ("y", &number(y)), ("z", &number(z))]);
 }
 
-/// Six derivatives as attributes by SNAME's letters.
+/// Writes six derivatives as attributes with SNAME's letters.
 fn six(xml: &mut Xml, name: &str, values: [f64; 6], index: impl Fn(Dof) -> String) {
     let owned = Dof::ALL.map(|dof| (format!("{}{}", dof.sname(), index(dof)), number(values[dof.index()])));
     let attributes: Vec<(&str, &str)> = owned.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();

@@ -4,13 +4,15 @@
 //! F = −M_A ν̇ − C_A(ν) ν − D(ν) ν,   D = −D_lin − u D_fwd − diag(D_quad |ν|)
 //! ```
 //!
-//! The plugin turns velocities by `ToNED` before it multiplies, and forces back after: its matrices stand in
-//! forward-starboard-down, as the model's do, while places and the link stand in forward-port-up. It reads velocities at
-//! the link and applies forces and buoyancy at the centre of mass. So the link gets its centre of mass at the body
-//! origin; the couplings m r_g of the rigid body stand in `added_mass`, and its righting moment in the centre of
-//! buoyancy, r_b B − r_g W. The motion is that of the vehicle, in a steady current too, for m r_g by itself has the form
-//! of an added mass. `added_mass` is positive, the dampings have SNAME's signs, D_fwd holds the products with the forward
-//! velocity. Source: uuv_simulator 0.6, `HydrodynamicModel.cc`, `BuoyantObject.cc`; Fossen (2011), eq. 6.43, 8.136.
+//! The plugin converts velocities by `ToNED` before it multiplies, and converts forces back: its
+//! matrices are in forward-starboard-down axes like those of the model, while positions and the
+//! link are in forward-port-up axes. It reads velocities at the link and applies forces and
+//! buoyancy at the centre of mass. So the centre of mass of the link is put at the body origin; the
+//! couplings m r_g of the rigid body go into `added_mass`, and its righting moment into the centre
+//! of buoyancy, r_b B − r_g W. The motion is that of the vehicle, also in a steady current, because
+//! m r_g has the form of an added mass. `added_mass` is positive, the dampings have SNAME's signs,
+//! D_fwd contains the products with the forward velocity. Source: uuv_simulator 0.6,
+//! `HydrodynamicModel.cc`, `BuoyantObject.cc`; Fossen (2011), eq. 6.43, 8.136.
 
 use super::body::{Body, added_share, split, turned_place};
 use super::buoyancy::buoyancy;
@@ -22,8 +24,9 @@ use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target, codes};
 use crate::finding::Finding;
 
-/// Shares of added in rigid inertia between which the filtered acceleration of the plugin is stable: it holds a share
-/// of 0.3 of that of the step before, so that a ← (0.7 − 0.3 s) a, which shrinks for −1 < s < 1.7/0.3.
+/// Ratios s of added to rigid inertia between which the filtered acceleration of the plugin is
+/// stable. The filter takes 0.3 of its value from the acceleration of the previous step, so
+/// a ← (0.7 − 0.3 s) a, which decays for −1 < s < 1.7/0.3.
 const STABLE: [f64; 2] = [-1.0, 1.7 / 0.3];
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
@@ -41,7 +44,7 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         Cell::Product(_, j, _) => j == 0,
         Cell::Constant(_) => false,
     });
-    // the link's own inertia, and what the plugin has to add to it
+    // the link's own inertia, and the inertia that the plugin has to add
     let body = Body { cg: [0.0; 3], ..parts.body };
     let (own, whole) = (body.matrix(), parts.body.matrix());
     let added: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| parts.added[i][j] + whole[i][j] - own[i][j]));

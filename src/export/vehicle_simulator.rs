@@ -1,12 +1,14 @@
-//! A vehicle class of PythonVehicleSimulator, which HoloOcean's Fossen dynamics take as well.
+//! A vehicle class for PythonVehicleSimulator and for the Fossen dynamics of HoloOcean.
 //!
 //! ```text
-//! [ν, u_actual] = vehicle.dynamics(η, ν, u_actual, u_control, sampleTime)       u_control: six forces and moments
+//! [ν, u_actual] = vehicle.dynamics(η, ν, u_actual, u_control, sampleTime)  u_control: six forces and moments
 //! ```
 //!
-//! One Runge-Kutta step of the velocities with the attitude held; the simulator turns the attitude by the new ones.
-//! HoloOcean asks for an acceleration instead. It turns NWU to NED itself, its state is that of the centre of mass, and it
-//! turns what it gets to world axes as it is, so that this has to be the acceleration in the world:
+//! One Runge-Kutta step of the velocities with the attitude held; the simulator then updates the
+//! attitude with the new velocities. HoloOcean asks for an acceleration instead. It converts NWU to
+//! NED itself, its state is that of the centre of mass, and it rotates the returned acceleration to
+//! world axes without further terms. So the class returns the acceleration with respect to the
+//! world:
 //!
 //! ```text
 //! v_c = v + ω × r_g,     a_c = v̇ + ω̇ × r_g + ω × v_c
@@ -42,7 +44,7 @@ fn class(source: &Source<'_>, pieces: &Pieces) -> String {
     let name = if vehicle.name.is_empty() { "a vehicle" } else { &vehicle.name };
     let longest = pieces.longest_steps[0];
     let longest = if longest.is_finite() { number(longest) } else { "float(\"inf\")".into() };
-    // the name last: it may hold what looks like another place
+    // the name last: it may contain text that looks like another placeholder
     CLASS
         .replace("{length}", &number(vehicle.characteristic_length().unwrap_or(1.0)))
         .replace("{longest}", &longest)

@@ -1,7 +1,8 @@
-//! Which version of a consumer reads a file of a target.
+//! Versions of the consumer that can read the file of a target.
 //!
 //! ```text
-//! gz-sim Hydrodynamics    7.0, 7.1: <xUU> alone, no couplings    7.2 …: <xUabsU>, couplings    9 …: added mass there deprecated
+//! gz-sim Hydrodynamics    7.0, 7.1: <xUU> only, no couplings    7.2 …: <xUabsU>, couplings
+//!                         9 …: added mass in this system is deprecated
 //! ```
 //!
 //! Source: gz-sim, `Hydrodynamics.cc` of 7.1.0, 7.2.0, 8.14 and 9.5.
@@ -9,10 +10,10 @@
 use super::{ExportError, ExportOptions, Target, codes};
 use crate::finding::Finding;
 
-/// Checks the version that is asked for.
+/// Checks the requested version.
 ///
 /// # Errors
-/// [`ExportError::Version`]: it is none, or the target is not meant for it.
+/// [`ExportError::Version`] if it is no version number, or the target does not support it.
 pub(super) fn check(target: Target, options: &ExportOptions) -> Result<Vec<Finding>, ExportError> {
     let Some(version) = &options.version else { return Ok(Vec::new()) };
     let refused = |reason: String| Err(ExportError::Version { version: version.clone(), reason });
@@ -39,7 +40,7 @@ pub(super) fn check(target: Target, options: &ExportOptions) -> Result<Vec<Findi
     Ok(if deprecated { vec![Finding::new(&codes::DEPRECATED, text)] } else { Vec::new() })
 }
 
-/// Major and minor; `8` alone is the latest of its kind.
+/// Major and minor version; `8` alone is the latest minor version of 8.
 fn parsed(version: &str) -> Option<[u32; 2]> {
     let mut parts = version.split('.');
     let major = parts.next()?.parse().ok()?;

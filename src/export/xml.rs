@@ -1,17 +1,17 @@
-//! XML, written element by element.
+//! A writer of XML, element by element.
 
 use std::fmt::Write;
 
 use super::header::one_line;
 
-/// A document being written.
+/// A document under construction.
 pub(super) struct Xml {
     text: String,
     open: Vec<String>,
 }
 
 impl Xml {
-    /// A document that opens with a comment of these lines.
+    /// A document that begins with a comment of these lines.
     pub fn new(head: &[String]) -> Xml {
         let mut xml = Xml { text: "<?xml version=\"1.0\"?>\n".into(), open: Vec::new() };
         xml.comment(head);
@@ -38,24 +38,24 @@ impl Xml {
         self.open.push(name.to_string());
     }
 
-    /// Closes the element that was opened last.
+    /// Closes the element opened last.
     pub fn close(&mut self) {
         if let Some(name) = self.open.pop() {
             let _ = writeln!(self.text, "{}</{name}>", self.indent());
         }
     }
 
-    /// An element with a text.
+    /// An element with text content.
     pub fn leaf(&mut self, name: &str, text: &str) {
         let _ = writeln!(self.text, "{}<{name}>{}</{name}>", self.indent(), escaped(text));
     }
 
-    /// An element with attributes alone.
+    /// An element with attributes only.
     pub fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
         let _ = writeln!(self.text, "{}<{name}{}/>", self.indent(), written(attributes));
     }
 
-    /// The document, all elements closed.
+    /// The document, with all elements closed.
     pub fn finish(mut self) -> Vec<u8> {
         while !self.open.is_empty() {
             self.close();
@@ -68,14 +68,14 @@ fn written(attributes: &[(&str, &str)]) -> String {
     attributes.iter().map(|(name, value)| format!(" {name}=\"{}\"", escaped(value))).collect()
 }
 
-/// On one line, for a parser takes line ends in attributes for blanks, and XML 1.0 has no place for other control
-/// characters, not even as references.
+/// Escaped text on one line: a parser reads line ends in attributes as blanks, and XML 1.0 does not
+/// allow other control characters, not even as references.
 fn escaped(text: &str) -> String {
     let text = one_line(text).replace(['\u{fffe}', '\u{ffff}'], " ");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Two hyphens would end a comment.
+/// A line of a comment, without two hyphens in sequence, which would end the comment.
 fn speakable(line: &str) -> String {
     let mut line = one_line(line).replace(['\u{fffe}', '\u{ffff}'], " ");
     while line.contains("--") {

@@ -1,8 +1,8 @@
-//! What is wrong with a formula, and where.
+//! Errors of a formula, with their columns.
 
 use thiserror::Error;
 
-/// Why a formula cannot be used. Columns count characters from 1.
+/// Error of a formula. Columns count characters from 1.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FormulaError {
     /// The text is no formula.
@@ -14,10 +14,10 @@ pub enum FormulaError {
         column: usize,
         /// That character; `None` at the end of the text.
         found: Option<char>,
-        /// What would fit there.
+        /// What is allowed there.
         expected: &'static str,
     },
-    /// Nothing is called so.
+    /// An unknown name.
     #[error("`{formula}`: no {kind} is called `{name}` (column {column}){}", suggestion(.nearest))]
     UnknownName {
         /// The whole text.
@@ -26,12 +26,12 @@ pub enum FormulaError {
         column: usize,
         /// The name.
         name: String,
-        /// What it stands for: a function, or a channel.
+        /// Kind of the name: a function, or a channel.
         kind: &'static str,
-        /// The nearest that there is.
+        /// The nearest known name.
         nearest: Option<String>,
     },
-    /// A function has another number of arguments.
+    /// A function has the wrong number of arguments.
     #[error("`{formula}`: `{name}` at column {column} takes {takes} argument(s), not {found}")]
     Arguments {
         /// The whole text.
@@ -40,23 +40,23 @@ pub enum FormulaError {
         column: usize,
         /// Its name.
         name: String,
-        /// How many it takes.
+        /// Number of arguments that it takes.
         takes: usize,
-        /// How many there are.
+        /// Number of arguments in the formula.
         found: usize,
     },
-    /// The text is longer or deeper than any formula of physics.
+    /// The text is longer, or its brackets are nested deeper, than in any formula of physics.
     #[error(
         "a formula of {length} characters and {depth} nested brackets is too large: at most {longest} and {deepest}"
     )]
     TooLarge {
-        /// Characters.
+        /// Number of characters.
         length: usize,
         /// Deepest nesting of brackets.
         depth: usize,
-        /// Most characters.
+        /// Maximum number of characters.
         longest: usize,
-        /// Deepest admissible nesting.
+        /// Maximum nesting of brackets.
         deepest: usize,
     },
 }

@@ -1,12 +1,13 @@
-//! Users' formulas: text over states, commands, channels and time, read into the crate's own [`Expr`].
+//! Users' formulas: text with states, commands, channels and time, parsed into the crate's own
+//! [`Expr`].
 //!
 //! ```text
 //! wind_speed^2 * cos(wind_dir - psi)        abs(theta) > 0.2 && t < 40
 //! ```
 //!
-//! Operators + − * / ^ (also **), comparisons > < >= <= == !=, && || !, brackets; functions [`FUNCTIONS`]; the constant
-//! `pi`. A comparison is 1 or 0, and what is not 0 counts as true. A formula is differentiated, compiled and simulated
-//! as the catalogue's are.
+//! Operators + − * / ^ (also **), comparisons > < >= <= == !=, && || !, brackets; functions
+//! [`FUNCTIONS`]; the constant `pi`. A comparison gives 1 or 0, and any value other than 0 counts
+//! as true. A formula is differentiated, compiled and simulated like the formulas of the catalogue.
 
 mod error;
 mod syntax;
@@ -26,7 +27,7 @@ use crate::units::Dimension;
 pub const FUNCTIONS: [&str; 13] =
     ["abs", "sign", "sin", "cos", "tan", "atan", "tanh", "exp", "ln", "log", "sqrt", "min", "max"];
 
-/// A formula that was read and whose functions are known; its names are checked by [`Formula::check`].
+/// A parsed formula with known functions; [`Formula::check`] checks its names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     text: String,
@@ -35,17 +36,17 @@ pub struct Formula {
 }
 
 impl Formula {
-    /// Reads a formula.
+    /// Parses a formula.
     ///
     /// # Errors
-    /// [`FormulaError`] with the column of what does not fit.
+    /// [`FormulaError`] with the column of the error.
     pub fn parse(text: &str) -> Result<Formula, FormulaError> {
         let mut formula = Formula { text: text.to_string(), syntax: syntax::parse(text)?, names: Vec::new() };
         formula.names = formula.resolve(&formula.syntax)?;
         Ok(formula)
     }
 
-    /// As it was written.
+    /// The text as it was written.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -55,12 +56,13 @@ impl Formula {
         self.names.iter().map(|n| n.text.as_str()).collect()
     }
 
-    /// Whether a number stands in it that is no exponent: it may have a unit of its own, as a lever arm in `0.3*q` has.
+    /// Whether it contains a number that is no exponent: such a number may have a unit, as the
+    /// lever arm in `0.3*q`.
     pub fn has_numbers(&self) -> bool {
         has_numbers(&self.syntax)
     }
 
-    /// Refuses a name that is none of `known`.
+    /// Refuses names that are not in `known`.
     ///
     /// # Errors
     /// [`FormulaError::UnknownName`] with its column and the nearest known name.
@@ -83,7 +85,7 @@ impl Formula {
         self.text[..name.at].chars().count() + 1
     }
 
-    /// Checks functions and their arguments; returns the names read.
+    /// Checks functions and their arguments; returns the names that the formula reads.
     fn resolve(&self, syntax: &Syntax) -> Result<Vec<Name>, FormulaError> {
         let all = |parts: &[&Syntax]| -> Result<Vec<Name>, FormulaError> {
             let lists: Result<Vec<_>, _> = parts.iter().map(|part| self.resolve(part)).collect();
@@ -110,13 +112,13 @@ impl Formula {
         }
     }
 
-    /// The formula as an [`Expr`] of `graph`; `read` gives what stands for each of its names.
+    /// The formula as an [`Expr`] of `graph`; `read` gives the expression for each of its names.
     pub fn lower<'g>(&self, graph: &'g Graph, read: &dyn Fn(&str) -> Expr<'g>) -> Expr<'g> {
         lower(&self.syntax, graph, read)
     }
 
-    /// Values of the formula at the instants `time` (s) of a run, its channels linear between samples and constant
-    /// outside them. A condition is 1 where it holds.
+    /// Values of the formula at the instants `time` (s) of a run; channels are linear between
+    /// samples and constant outside them. A condition gives 1 where it is true.
     ///
     /// # Errors
     /// [`FormulaError::UnknownName`] for a channel that the run does not have.
@@ -217,7 +219,7 @@ fn lower<'g>(syntax: &Syntax, graph: &'g Graph, read: &dyn Fn(&str) -> Expr<'g>)
                 ("tanh", _) => x.tanh(),
                 ("exp", _) => x.exp(),
                 ("sqrt", _) => x.sqrt(),
-                // what is left of FUNCTIONS: ln and log, both natural
+                // the remaining FUNCTIONS: ln and log, both natural
                 _ => x.ln(),
             }
         }

@@ -1,4 +1,4 @@
-//! From text to a syntax tree, by the Pratt parser of `winnow`.
+//! Parser from text to a syntax tree, with the Pratt parser of `winnow`.
 //!
 //! ```text
 //! loosest  ||   &&   > < >= <= == !=   + -   * /   prefix - !   ^ (from the right)   tightest
@@ -17,19 +17,19 @@ use winnow::token::{any, one_of, take_while};
 
 use super::FormulaError;
 
-/// Most characters of a formula.
+/// Maximum number of characters of a formula.
 const LONGEST: usize = 1000;
-/// Deepest nesting of brackets.
+/// Maximum nesting of brackets.
 const DEEPEST: usize = 40;
 
-/// A name and where it stands, in bytes from the beginning.
+/// A name with its position, in bytes from the beginning.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Name {
     pub text: String,
     pub at: usize,
 }
 
-/// An operator of two operands, or of one.
+/// An operator with two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Operator {
     Or,
@@ -47,7 +47,7 @@ pub(super) enum Operator {
     Power,
 }
 
-/// A formula as it is written.
+/// The syntax tree of a formula.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Syntax {
     Number(f64),
@@ -80,7 +80,7 @@ pub(super) fn parse(text: &str) -> Result<Syntax, FormulaError> {
         .max()
         .unwrap_or(0);
     let length = text.chars().count();
-    // the parser calls itself once a bracket and once a prefix
+    // the parser recurses once per bracket and once per prefix
     if length > LONGEST || deepest > DEEPEST {
         return Err(FormulaError::TooLarge { length, depth: deepest, longest: LONGEST, deepest: DEEPEST });
     }
@@ -130,7 +130,7 @@ fn infix<'i>(input: &mut Input<'i>) -> Result<Infix<Input<'i>, Syntax, Error>, E
 }
 
 fn prefix<'i>(input: &mut Input<'i>) -> Result<Prefix<Input<'i>, Syntax, Error>, Error> {
-    // what is no prefix must stay unread, for the place of the mistake
+    // a character that is no prefix must stay unread, so that the error has the right column
     peek(one_of(['-', '+', '!'])).parse_next(input)?;
     Ok(match terminated(any, multispace0).parse_next(input)? {
         '-' => Prefix(9, |_, a| Ok(Syntax::Minus(Box::new(a)))),
@@ -155,7 +155,7 @@ fn operand(input: &mut Input<'_>) -> Result<Syntax, Error> {
             Some(arguments) => Syntax::Call(name, arguments),
         }
     });
-    // `float` would read inf and nan, which are names here, and signs, which are operators
+    // `float` would also read inf and nan, which are names here, and signs, which are operators
     let number = preceded(peek(one_of(|c: char| c.is_ascii_digit() || c == '.')), float.map(Syntax::Number));
     alt((number, named, bracketed())).parse_next(input)
 }

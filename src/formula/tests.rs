@@ -1,6 +1,6 @@
 use super::*;
 
-/// Value with u = 0.5, v = -0.25 and everything else 2.
+/// Value of the formula for u = 0.5, v = -0.25 and all other names 2.
 fn value(text: &str) -> f64 {
     let graph = Graph::new();
     let formula = Formula::parse(text).unwrap();

@@ -1,13 +1,14 @@
-//! Attitude of runs that come near the vertical: the logged angles as a unit quaternion.
+//! Attitude of runs near the vertical: the logged angles as a unit quaternion.
 //!
 //! ```text
-//! q = q(φ, θ, ψ)      the sign that continues the sample before
-//! δ = 2 sign(e₀) (e₁, e₂, e₃),   e = q_simulated ⊗ q*_logged      the turn from logged to simulated, earth axes, rad
+//! q = q(φ, θ, ψ)      with the sign that continues the previous sample
+//! δ = 2 sign(e₀) (e₁, e₂, e₃),   e = q_simulated ⊗ q*_logged  turn from logged to simulated, earth axes, rad
 //! ```
 //!
-//! At θ = ±90° only one sum of φ and ψ is determined, and near it the noise of an attitude makes any error of either:
-//! there attitudes are compared by the turn between them, |δ| = 2 sin(angle/2). Level it is (Δφ, Δθ, Δψ) in the
-//! vehicle's heading. Markley and Crassidis, *Fundamentals of Spacecraft Attitude Determination and Control* (2014), 2.9.
+//! At θ = ±90° only one sum of φ and ψ is determined, and near it the noise of an attitude causes
+//! arbitrary errors of either. There attitudes are compared by the turn between them,
+//! |δ| = 2 sin(angle/2). For a level vehicle the turn is (Δφ, Δθ, Δψ) in the vehicle's heading.
+//! Markley and Crassidis, *Fundamentals of Spacecraft Attitude Determination and Control* (2014), 2.9.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,19 +18,22 @@ use nalgebra::Quaternion;
 use super::{quaternion, unwrap};
 use crate::run::{Run, Signal};
 
-/// |sin θ| from which on a run comes near the vertical: that of 60°, where the noise of φ and ψ has doubled.
+/// |sin θ| from which on a run counts as near the vertical: that of 60°, where the noise of φ and ψ
+/// has doubled.
 pub const STEEP: f64 = 0.866;
 
-/// Channels of the logged attitude quaternion. A blank stands in no name that a formula can read.
+/// Channels of the logged attitude quaternion. No name that a formula can read contains a blank.
 pub const LOGGED: [&str; 4] = ["attitude w", "attitude x", "attitude y", "attitude z"];
 
-/// Channels of the turn from the logged to the simulated attitude, about north, east and down, rad; the log says 0.
+/// Channels of the turn from the logged to the simulated attitude, about north, east and down, rad;
+/// the logged turn is 0.
 pub const TURNS: [&str; 3] = ["turn north", "turn east", "turn down"];
 
 /// Names of the angles in a log.
 const ANGLES: [&str; 3] = ["phi", "theta", "psi"];
 
-/// The angle whose instrument says what noise a turn has: tilt about the horizontal axes, heading about the vertical.
+/// The angle whose instrument determines the noise of a turn: tilt about the horizontal axes,
+/// heading about the vertical.
 pub fn instrument_of(channel: &str) -> Option<&'static str> {
     TURNS.iter().position(|turn| *turn == channel).map(|k| ANGLES[k])
 }
@@ -39,13 +43,14 @@ pub fn is_steep(run: &Run) -> bool {
     run.signal("theta").is_some_and(|s| s.values().iter().any(|theta| theta.sin().abs() > STEEP))
 }
 
-/// Whether a run logs all three angles, at the same instants.
+/// Whether a run logs all three angles at the same instants.
 pub fn is_whole(run: &Run) -> bool {
     let [phi, theta, psi] = ANGLES.map(|name| run.signal(name).map(Signal::time));
     phi.is_some_and(|time| !time.is_empty()) && phi == theta && theta == psi
 }
 
-/// The run with its attitude as a quaternion and turns of 0 beside it; as it is where it does not log one.
+/// The run with its attitude as a quaternion and with turns of 0; unchanged if it does not log a
+/// whole attitude.
 pub fn with_quaternion(run: &Run) -> Run {
     let mut run = run.clone();
     if !is_whole(&run) {
@@ -71,8 +76,9 @@ pub fn with_quaternion(run: &Run) -> Run {
     run
 }
 
-/// Lets θ go on beyond ±90° where a vehicle that pitches alone passes the vertical: a roll of more than 90° is half a
-/// turn of roll and heading that instruments tell of instead. Nothing changes where roll and pitch have other stamps.
+/// Continues θ beyond ±90° for a vehicle that only pitches and passes the vertical: instruments
+/// then report half a turn of roll and of heading, seen as a roll of more than 90°. Nothing changes
+/// if roll and pitch have different time stamps.
 pub fn unfold(run: &mut Run) {
     let [phi, theta, psi] = ANGLES.map(|name| run.signals.get(name).cloned());
     let (Some(phi), Some(theta)) = (phi, theta) else { return };
@@ -92,8 +98,8 @@ pub fn unfold(run: &mut Run) {
     }
 }
 
-/// Noise of the turn about each earth axis, rad, from third differences of samples of the quaternion, which no smooth
-/// motion survives: Δ³q ⊗ q* is half of the turn that is noise.
+/// Noise of the turn about each earth axis, rad, from third differences of samples of the
+/// quaternion, which remove any smooth motion: Δ³q ⊗ q* is half of the turn caused by noise.
 pub fn third_differences(samples: &[Quaternion<f64>], axis: usize) -> impl Iterator<Item = f64> + '_ {
     samples.windows(4).map(move |w| {
         let third = (w[3] - w[2] * 3.0 + w[1] * 3.0 - w[0]) * w[1].conjugate();
@@ -115,7 +121,7 @@ mod tests {
         run
     }
 
-    /// Through the vertical φ and ψ jump by 180°; the quaternion goes on by the same small turn.
+    /// At the vertical φ and ψ jump by 180°; the quaternion continues with the same small turn.
     #[test]
     fn exact_quaternion_goes_on_through_the_vertical() {
         let angles: Vec<[f64; 3]> = (80..=100)
@@ -136,7 +142,7 @@ mod tests {
         assert_eq!(run.signals[TURNS[1]].values(), [0.0; 5]);
     }
 
-    /// A loop of 360° in pitch, as instruments tell it: θ goes on.
+    /// A loop of 360° in pitch as instruments report it: θ continues.
     #[test]
     fn exact_loop_of_a_vehicle_that_pitches_alone() {
         let told = |degrees: i32| {
@@ -163,7 +169,8 @@ mod tests {
         assert_eq!(instrument_of("psi"), None);
     }
 
-    /// White turns of deviation 0.01 rad: third differences have √20 times that; 4000 of them tell it to 5 %.
+    /// White turns of 0.01 rad standard deviation: third differences have √20 times that; 4000 of
+    /// them determine it to 5 %.
     #[test]
     fn law_third_differences_show_the_noise_of_the_turn() {
         let mut noise = crate::noise::Noise::new(5, 1);

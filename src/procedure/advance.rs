@@ -1,11 +1,12 @@
 //! Stage (i), second part: loss of thrust by advance, from towing runs with the thrusters running.
 //!
 //! ```text
-//! load = D(U) − η_inter η_adv(U) τ_nom        D: drag towed without thrust;    η_adv = slope U + intercept     (17)
+//! load = D(U) − η_inter η_adv(U) τ_nom     D: drag towed without thrust;  η_adv = slope U + intercept   (17)
 //! ```
 //!
-//! One row a powered run, means over it. The line is valid between the least and the greatest speed of the rows. What the
-//! towed drag D leaves uncertain goes through the line, and how well it is known is carried on:
+//! One row per powered run: means over the run. The line is valid between the least and the
+//! greatest speed of the rows. The uncertainty of the towed drag D is propagated through the line
+//! to its coefficients:
 //!
 //! ```text
 //! cov(slope, intercept) = own + J cov(D) Jᵀ        J = ∂(slope, intercept)/∂(k_Q, k_L, b)
@@ -32,10 +33,11 @@ pub fn is_powered(run: &Run, dof: Dof) -> bool {
     run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|f| f.abs() > 0.0))
 }
 
-/// Drag of `model` in `dof` at speeds, N or N·m: what a carriage pulls, all drags and the bias.
+/// Drag of `model` in `dof` at speeds, N or N·m: all drags and the bias, the force with which a
+/// carriage pulls.
 ///
 /// # Errors
-/// [`RegressorError`] where a drag reads what a towed vehicle does not tell.
+/// [`RegressorError`] if a drag reads a channel that a towed vehicle does not have.
 pub fn towed_drag(model: &Model, dof: Dof, speeds: &[f64]) -> Result<Vec<f64>, RegressorError> {
     let time: Arc<[f64]> = (0..speeds.len()).map(|k| k as f64).collect();
     let mut run = Run::default();
@@ -59,7 +61,8 @@ pub(super) struct Line {
     pub covariance: [[f64; 2]; 2],
 }
 
-/// Speed and η_adv of each powered towing run of `dof`; `model` has the drag that was found without thrust.
+/// Speed and η_adv of each powered towing run of `dof`; `model` contains the drag that was found
+/// without thrust.
 fn rows(
     dof: Dof,
     runs: &[&Run],
@@ -94,7 +97,8 @@ pub(super) fn values(
     Ok(vec![fit.slope.value, fit.intercept.value])
 }
 
-/// J, a row a quantity of the line, a column a parameter of `drag` (index and deviation); by central differences.
+/// J: one row per quantity of the line, one column per parameter of `drag` (index and standard
+/// deviation); by central differences.
 pub(super) fn by_drag(
     dof: Dof,
     runs: &[&Run],
@@ -116,8 +120,8 @@ pub(super) fn by_drag(
     Ok(jacobian)
 }
 
-/// η_adv from powered towing runs of `dof`; `model` has the drag that was found without thrust. The error says what
-/// the data lacks.
+/// η_adv from powered towing runs of `dof`; `model` contains the drag that was found without
+/// thrust. The error says what the data lacks.
 pub(super) fn stage(
     dof: Dof,
     runs: &[&Run],
@@ -159,7 +163,7 @@ mod tests {
     use super::*;
     use crate::effects::Coriolis;
 
-    /// Every drag of the model is pulled, with its own sign of the speed.
+    /// All drags of the model are pulled; each sign of the speed has its own drag.
     #[test]
     fn exact_towed_drag_of_all_drags() {
         let effects =

@@ -4,8 +4,8 @@
 //! load = η_inter τ_nom          one η_inter for each degree of freedom and group of thrusters
 //! ```
 //!
-//! The group is that of the thrusters that push in this degree of freedom during the run, where the run logs each of
-//! them; else it is any. Avila et al. (2013), Table 2.
+//! A group is the set of thrusters that push in this degree of freedom during the run, if the run
+//! logs each of them; otherwise η_inter holds for any group. Avila et al. (2013), Table 2.
 
 use super::effective_thrust::group;
 use super::result::{Estimate, Stage};
@@ -17,7 +17,7 @@ use crate::run::{Run, Signal};
 use crate::thrust::interaction::{Interaction, fit_interaction};
 use crate::thrust::thruster::Thruster;
 
-/// η_inter of `dof`, one a group, from the runs that log its load cell.
+/// η_inter of `dof`, one per group, from the runs that log its load cell.
 pub(super) fn stages(
     dof: Dof,
     runs: &[&Run],
@@ -86,8 +86,8 @@ fn of_group(
     Ok((stage, Interaction { dof, thrusters, value: fit.value, std: Some(std) }))
 }
 
-/// Nominal force and reading of the load cell of `dof`, N or N·m, at each sample where the command has settled; empty
-/// where the run logs no load cell.
+/// Nominal force and load-cell reading of `dof`, N or N·m, at each sample where the command has
+/// settled; empty if the run logs no load cell.
 pub fn settled_loads(run: &Run, dof: Dof, options: &BollardStage) -> Vec<(f64, f64)> {
     let (Some(cell), Some(command)) = (run.signal(dof.load()), run.signal(dof.force())) else { return Vec::new() };
     let settled = settled_from(command, options.steady_part);
@@ -102,8 +102,8 @@ pub fn settled_loads(run: &Run, dof: Dof, options: &BollardStage) -> Vec<(f64, f
     pairs
 }
 
-/// For each sample of a command the instant from which the load counts: the last `part` of a stretch of constant
-/// command; at once where the command changes all the time.
+/// For each sample of a command the instant from which the load counts: the last `part` of a
+/// stretch of constant command; the sample itself if the command changes all the time.
 fn settled_from(command: &Signal, part: f64) -> Vec<f64> {
     let (time, x) = (command.time(), command.values());
     let mut from = Vec::with_capacity(x.len());
@@ -150,7 +150,7 @@ mod tests {
         let found = stages(Dof::Surge, &runs, &thrusters, &BollardStage::default()).unwrap();
         let words: Vec<&str> = found.iter().map(|(stage, _)| stage.name.as_str()).collect();
         assert_eq!(words, ["bollard T5", "bollard T5+T6"]);
-        // half of the rows are at a force of 1.001 times the other's: 0.05 % between them
+        // half of the rows have a force of 1.001 times that of the others: 0.05 % between them
         assert!((found[0].1.value - 0.99).abs() < 1e-3 && (found[1].1.value - 0.95).abs() < 1e-3);
         assert_eq!(found[1].1.thrusters, ["T5", "T6"]);
         let all = BollardStage { steady_part: 1.0, ..BollardStage::default() };

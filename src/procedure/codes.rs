@@ -1,4 +1,4 @@
-//! The codes of this room: what the staged procedure can find.
+//! Codes of the findings of the staged procedure.
 
 use crate::finding::codes;
 

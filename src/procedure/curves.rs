@@ -1,4 +1,4 @@
-//! Runs as other coefficients of a measured thruster curve would have it.
+//! Runs with the forces that other coefficients of a measured thruster curve would give.
 
 use super::effective_thrust::{acting_forces, thruster_force};
 use crate::run::{Run, Signal};
@@ -6,8 +6,9 @@ use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::{MeasuredCurve, Moves, reshaped};
 use crate::thrust::thruster::Thruster;
 
-/// The run with the nominal forces that its commands would have given were the coefficients of `measured` greater
-/// by `by`. A run that logs no commands has its forces from elsewhere, and stays as it is.
+/// The run with the nominal forces that its commands would give if the coefficients of `measured`
+/// were greater by `by`. A thruster whose command is not logged keeps its forces: they come from
+/// elsewhere.
 pub fn with_curve_moved(run: &Run, thrusters: &[Thruster], measured: &MeasuredCurve, by: &Moves) -> Run {
     let mut other = run.clone();
     let volts = run.supply_voltage();

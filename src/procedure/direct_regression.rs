@@ -1,11 +1,13 @@
-//! The cautionary twin: everything at once, with a differentiated velocity.
+//! The direct regression: all parameters in one fit, with a differentiated velocity, as a
+//! cautionary example.
 //!
 //! ```text
 //! ṙ = a₁ u v + a₂ r + a₃ r|r| + a₄ τ + a₅,   ṙ by the slope of a polynomial filter             (30)
 //! ```
 //!
-//! It simulates about as well as the staged model, and its parameters may be absurd (negative quadratic drag): in one
-//! run drag, inertia and the Munk moment are nearly the same signal. Shown side by side, never recommended.
+//! The result simulates about as well as the staged model, but its parameters may be absurd
+//! (negative quadratic drag): in one run drag, inertia and the Munk moment are nearly the same
+//! signal. It is shown for comparison and never recommended.
 
 use super::result::Stage;
 use super::{ProcedureError, StagedOptions, parameters_at, parameters_of};
@@ -16,12 +18,12 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, RunKind};
 
-/// The direct fit of `dof` to `runs`: inertia, drag, Coriolis coefficient and bias all free. Returns the stage and the
-/// model with its values.
+/// The direct fit of `dof` to `runs`: inertia, drag, Coriolis coefficient and bias are all free.
+/// Returns the stage and the model with the estimated values.
 ///
 /// # Errors
-/// [`ProcedureError`] where the balance is not linear, the velocity cannot be differentiated, or the rows do not
-/// determine the parameters.
+/// [`ProcedureError`] if the balance is not linear, the velocity cannot be differentiated, or the
+/// rows do not determine the parameters.
 pub fn direct(
     dof: Dof,
     runs: &[&Run],
@@ -53,7 +55,8 @@ pub fn direct(
     Ok((stage, twin))
 }
 
-/// The balance of `dof` alone, every other motion as it was logged: what (29) and (30) are about.
+/// The model reduced to the balance of `dof`; all other motion is taken as logged, as in (29) and
+/// (30).
 #[must_use]
 pub fn alone(model: &Model, dof: Dof) -> Model {
     let mut own = model.clone();
@@ -65,7 +68,8 @@ pub fn alone(model: &Model, dof: Dof) -> Model {
     own
 }
 
-/// The kind of runs that the direct fit of `dof` is made on: zig-zags for yaw where there are any, else oscillations.
+/// Kind of runs for the direct fit of `dof`: zig-zags for yaw if there are any, otherwise
+/// oscillatory runs.
 pub fn kind_of(dof: Dof, runs: &[Run]) -> RunKind {
     let turns = dof == Dof::Yaw && runs.iter().any(|run| run.kind == RunKind::Zigzag);
     if turns { RunKind::Zigzag } else { RunKind::Oscillatory }

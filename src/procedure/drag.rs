@@ -1,12 +1,13 @@
-//! Stage (ii): drag from constant-velocity runs, and from towing.
+//! Stage (ii): drag from constant-velocity runs and from towing.
 //!
 //! ```text
-//! τᵢ − (W − B) sin θ = k_Q ν|ν| + k_L ν + b        (18), (19): one row a steady window, means over it
+//! τᵢ − (W − B) sin θ = k_Q ν|ν| + k_L ν + b        (18), (19): one row per steady window, means over it
 //! ```
 //!
-//! Towed, the load cell stands in place of the thrust. Rows are the regressors of the model itself, integrated over the
-//! window and divided by its length, with no inertia: so the pitch term, a drag per direction, or any other effect of
-//! the model takes part. With few windows the deviations are widened by Student's t, so that two of them hold 95.4 %.
+//! In towing, the reading of the load cell replaces the thrust. Rows are the regressors of the
+//! model itself, integrated over the window and divided by its length, without inertia: so the
+//! pitch term, a drag per direction, or any other effect of the model takes part. With few windows
+//! the standard deviations are widened by Student's t, so that two of them cover 95.4 %.
 
 use super::result::Stage;
 use super::stage_covariance::{Direction, Found, Held, How, Known};
@@ -19,28 +20,29 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
 
-/// A run cut to a steady window, and which way it moves.
+/// A run cut to a steady window, and its direction of motion.
 struct Steady {
     run: Run,
     direction: Direction,
 }
 
-/// What a drag stage has found.
+/// Result of a drag stage.
 pub(super) struct Drag {
     pub stages: Vec<Stage>,
     /// The fit of all windows.
     pub found: Found,
-    /// Fits of one direction each, both or none.
+    /// Fits of one direction each: both or none.
     ways: Vec<(Found, Direction)>,
 }
 
 impl Drag {
-    /// Parameters that were found, with their deviations.
+    /// Estimated parameters with their standard deviations.
     pub fn deviations(&self) -> Vec<(usize, f64)> {
         self.found.fit.parameters.iter().enumerate().map(|(k, c)| (c.parameter, self.found.fit.std(k))).collect()
     }
 
-    /// Adds J cov(D) Jᵀ to a covariance of what rests on this drag by `jacobian`.
+    /// Adds J cov(D) Jᵀ to the covariance of quantities whose derivative with respect to this drag
+    /// is `jacobian`.
     pub fn carry(&self, jacobian: &[Vec<f64>], covariance: &mut [Vec<f64>]) {
         let own = &self.found.fit.covariance;
         for (i, row) in covariance.iter_mut().enumerate() {
@@ -53,7 +55,7 @@ impl Drag {
         }
     }
 
-    /// Hands over to later stages: drag by direction where it was found so.
+    /// Passes the drag to later stages, by direction if it was estimated so.
     pub fn hold(&self, held: &mut Held, model: &Model, dof: Dof) {
         let every: Vec<usize> = self.found.fit.parameters.iter().map(|c| c.parameter).collect();
         let drag = parameters_of(model, dof, Nature::Drag);
@@ -65,7 +67,7 @@ impl Drag {
             held.add_direction(part, &drag, *direction, (&self.found, &of_all), extra);
         }
         if !self.ways.is_empty() {
-            // each direction has all of its drag
+            // each direction has its complete drag, so the asymmetry is 0
             for p in parameters_at(model, dof, &[id::DRAG_ASYMMETRY]) {
                 for direction in [Direction::Positive, Direction::Negative] {
                     held.know(Known::Parameter(p, Some(direction)), 0.0, &[0.0]);
@@ -75,7 +77,8 @@ impl Drag {
     }
 }
 
-/// Drag of `dof` from `runs` of constant velocity, with nominal forces; `Ok(Err(…))` says why there is none.
+/// Drag of `dof` from `runs` of constant velocity, with nominal forces; `Ok(Err(…))` is a finding
+/// that says why there is none.
 pub(super) fn stage(
     name: &str,
     dof: Dof,
@@ -103,7 +106,7 @@ pub(super) fn stage(
     if options.per_direction && dof == Dof::Yaw {
         for (direction, word) in [(Direction::Positive, "clockwise"), (Direction::Negative, "anticlockwise")] {
             let of_it: Vec<&Run> = windows.iter().filter(|w| w.direction == direction).map(|w| &w.run).collect();
-            // what only tells the directions apart has no place in one direction
+            // a parameter that only separates the directions is not in a fit of one direction
             let one_way: Vec<usize> =
                 free.iter().copied().filter(|p| model.parameters[*p].effect != id::DRAG_ASYMMETRY).collect();
             if of_it.len() > one_way.len()
@@ -121,11 +124,11 @@ pub(super) fn stage(
     Ok(Ok(Drag { stages, found, ways }))
 }
 
-/// The load cell's reading in place of the nominal force.
+/// The run with the reading of the load cell in place of the nominal force.
 pub fn towed(run: &Run, dof: Dof) -> Option<Run> {
     let load = run.signal(dof.load())?.clone();
     let mut towed = run.clone();
-    // the carriage moves the vehicle straight ahead and level: what it does not log is 0
+    // the carriage moves the vehicle straight ahead and level: motion that is not logged is 0
     for other in Dof::ALL {
         for name in [other.velocity(), other.position()] {
             let zero = || Signal::new(load.shared_time().clone(), vec![0.0; load.len()]);
@@ -163,7 +166,7 @@ fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, found: &Found) -> S
     stage
 }
 
-/// Mean forces over the windows.
+/// Fits the mean forces over the windows.
 fn means(
     dof: Dof,
     runs: &[&Run],
@@ -191,7 +194,7 @@ fn without_inertia(model: &Model, dof: Dof) -> Model {
     still
 }
 
-/// The steady windows of a run: its own velocity cut, everything else whole.
+/// The steady windows of a run: only its own velocity is cut, all other channels stay whole.
 fn cut(run: &Run, dof: Dof, options: &SteadyStage) -> Vec<Steady> {
     let Some(velocity) = run.signal(dof.velocity()).filter(|s| !s.is_empty()) else { return Vec::new() };
     let of_window = |window: SteadyWindow| {
@@ -255,7 +258,7 @@ mod tests {
     fn a_speed_that_wanders_is_steady_within_the_scatter() {
         let mut wandering = run();
         let time = wandering.signals["u"].shared_time().clone();
-        // 3 % of one standard deviation about 1 m/s
+        // a standard deviation of 3 % about 1 m/s
         let speed: Vec<f64> = time.iter().map(|t| 1.0 + 0.03 * f64::sqrt(2.0) * (2.0 * t).sin()).collect();
         wandering.signals.insert("u".into(), Signal::new(time, speed));
         let windows =

@@ -1,13 +1,14 @@
-//! The force that acts, from the nominal one.
+//! Effective forces from nominal forces.
 //!
 //! ```text
-//! τᵢ = η_inter η_adv(|νᵢ|) τ_nom,i     (moments: |u|)                     of a run that logs forces of the vehicle
-//! τᵢ = η_inter,i Σ bᵢ η_adv(v_a) F                                       of one that logs those of its thrusters
+//! τᵢ = η_inter η_adv(|νᵢ|) τ_nom,i     (moments: |u|)        for a run that logs forces of the vehicle
+//! τᵢ = η_inter,i Σ bᵢ η_adv(v_a) F                           for a run that logs those of its thrusters
 //! ```
 //!
-//! (16) and (17) of Avila et al. (2013). Of thrusters, η_inter is that of the group that pushes in this degree of
-//! freedom, and v_a the speed of the vehicle or that along each thruster's axis, as the efficiency says. A model that
-//! holds the losses itself (`thrust_advance_loss`, …) needs no efficiency here.
+//! (16) and (17) of Avila et al. (2013). For thrusters, η_inter is that of the group that pushes in
+//! this degree of freedom, and v_a is the speed of the vehicle or the speed along each thruster's
+//! axis, as the efficiency says. A model that contains the losses itself (`thrust_advance_loss`, …)
+//! needs no efficiency here.
 
 use nalgebra::Vector6;
 
@@ -24,23 +25,24 @@ pub fn thruster_force(k: usize) -> String {
     format!("F{}", k + 1)
 }
 
-/// Name of the channel with its force after the loss by advance, where there is one.
+/// Name of the channel with the force of thruster `k` after the loss by advance, if there is one.
 pub fn acting_thruster_force(k: usize) -> String {
     format!("acting_{}", thruster_force(k))
 }
 
-/// The nominal force of each thruster, where a run has them all.
+/// The nominal force of each thruster, if the run has them all.
 fn forces_of<'a>(run: &'a Run, thrusters: &[Thruster]) -> Option<Vec<&'a Signal>> {
     let all: Option<Vec<&Signal>> = (0..thrusters.len()).map(|k| run.signal(&thruster_force(k))).collect();
     all.filter(|all| !all.is_empty())
 }
 
-/// Whether the losses of this run are taken thruster by thruster.
+/// Whether the losses of this run are computed thruster by thruster.
 pub(super) fn by_thruster(run: &Run, thrusters: &[Thruster]) -> bool {
     forces_of(run, thrusters).is_some()
 }
 
-/// Names of the thrusters that push in `dof` at some instant of the run; none where the run does not log them.
+/// Names of the thrusters that push in `dof` at some instant of the run; empty if the run does not
+/// log them.
 pub(super) fn group(run: &Run, dof: Dof, thrusters: &[Thruster]) -> Vec<String> {
     let Some(forces) = forces_of(run, thrusters) else { return Vec::new() };
     let pushes =
@@ -49,10 +51,12 @@ pub(super) fn group(run: &Run, dof: Dof, thrusters: &[Thruster]) -> Vec<String> 
     running.map(|(thruster, _)| thruster.name.clone()).collect()
 }
 
-/// The run with the forces that act in place of the nominal ones, and what the efficiencies do not cover.
+/// The run with effective forces in place of the nominal ones, and findings about samples for which
+/// the efficiencies were not measured.
 ///
-/// Where the run has the nominal force `F1`, `F2`, … of every one of `thrusters`, the wrench is made of them. Else η_adv
-/// is taken at the speed of the vehicle along the force (ahead, for a moment), and η_inter is that of any group.
+/// If the run has the nominal force `F1`, `F2`, … of every one of `thrusters`, the wrench is
+/// computed from them. Otherwise η_adv is taken at the speed of the vehicle along the force (ahead,
+/// for a moment), and η_inter is that of any group.
 pub fn acting_forces(run: &Run, efficiency: &Efficiency, thrusters: &[Thruster]) -> (Run, Vec<Finding>) {
     let mut acting = run.clone();
     let mut warnings = Vec::new();
@@ -74,7 +78,7 @@ pub fn acting_forces(run: &Run, efficiency: &Efficiency, thrusters: &[Thruster])
     (acting, warnings)
 }
 
-/// Samples by coverage, in the order of [`Coverage`].
+/// Number of samples by coverage, in the order of [`Coverage`].
 type Counts = [usize; 3];
 
 fn of_vehicle(run: &Run, efficiency: &Efficiency, dof: Dof, nominal: &Signal) -> (Signal, Counts) {
@@ -114,7 +118,7 @@ fn of_thrusters(
             row.push(force * efficiency.advance(efficiency.advance_of(thruster, *force, &nu)).efficiency);
         }
     }
-    // what these thrusters cannot give is no command of that degree of freedom
+    // a degree of freedom in which no thruster pushes keeps its logged command
     let given = |dof: &Dof| thrusters.iter().any(|t| t.pushes(*dof));
     let of_dofs =
         Dof::ALL.into_iter().zip(wrench).filter(|(dof, _)| given(dof)).map(|(dof, row)| (dof.force().into(), row));
@@ -123,7 +127,8 @@ fn of_thrusters(
     (signals.collect(), counts)
 }
 
-/// Findings where more than single samples about rest lie outside of what was measured.
+/// Findings if more than 1 % of the samples with thrust lie outside the measured range of speeds or
+/// push against the motion; a smaller part is single samples about rest.
 fn coverage(run: &Run, efficiency: &Efficiency, dof: Option<Dof>, counts: Counts) -> Vec<Finding> {
     let all: usize = counts.iter().sum();
     let part = |c: Coverage| 100.0 * counts[c as usize] as f64 / all.max(1) as f64;
@@ -140,8 +145,9 @@ fn coverage(run: &Run, efficiency: &Efficiency, dof: Option<Dof>, counts: Counts
     .collect()
 }
 
-/// Advance speed, m/s: positive where the thrust is along the motion, negative where it is against it. A force of the
-/// vehicle pushes along its own axis, and a moment is taken to be made by thrusters that point ahead.
+/// Advance speed, m/s: positive if the thrust is along the motion, negative if it is against it. A
+/// force of the vehicle pushes along its own axis; a moment is assumed to come from thrusters that
+/// point ahead.
 fn advance_speed(run: &Run, dof: Dof, tau: f64, t: f64) -> f64 {
     let velocity = |dof: Dof| run.signal(dof.velocity()).map_or(0.0, |signal| signal.at(t));
     if dof.is_rotation() { velocity(Dof::Surge).abs() } else { velocity(dof) * tau.signum() }
@@ -154,7 +160,8 @@ mod tests {
     use crate::thrust::efficiency::AdvanceSpeed;
     use crate::thrust::interaction::{Interaction, InteractionTable};
 
-    /// Two thrusters, one ahead and one 60° off the axis, at 10 N each while the vehicle goes ahead with 1 m/s.
+    /// Two thrusters, one ahead and one 60° off the axis, at 10 N each while the vehicle moves
+    /// ahead at 1 m/s.
     fn run() -> (Run, Vec<Thruster>) {
         let text = |name: &str, x: f64, y: f64| {
             format!(
@@ -184,7 +191,7 @@ mod tests {
             let efficiency = Efficiency { eta_inter: eta_inter.clone(), eta_adv, advance_speed };
             acting_forces(&run, &efficiency, &thrusters).0.signal("tau_u").unwrap().values()[0]
         };
-        // the one aslant goes along its axis with half the speed and gives half its force ahead
+        // the advance speed along the oblique axis is half, and half of its force points ahead
         assert!((surge(AdvanceSpeed::Vehicle) - 0.5 * (0.8 * 10.0 + 0.8 * 5.0)).abs() < 1e-12);
         assert!((surge(AdvanceSpeed::ThrusterAxis) - 0.5 * (0.8 * 10.0 + 0.9 * 5.0)).abs() < 1e-12);
         assert_eq!(group(&run, Dof::Surge, &thrusters), ["ahead", "aslant"]);

@@ -1,4 +1,4 @@
-//! Why the procedure cannot be carried out, and what of it is only a finding.
+//! Errors of the procedure, and the errors of a stage that become findings.
 
 use thiserror::Error;
 
@@ -9,27 +9,27 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::thrust::efficiency::EfficiencyError;
 
-/// Why the procedure cannot be carried out.
+/// Error of the staged procedure.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProcedureError {
     /// No run takes part in the fit.
     #[error("no run takes part in the fit: at least one needs role = \"train\"")]
     NoTrainingRun,
-    /// Losses along the thrusters' own axes need the forces of the thrusters.
+    /// Losses along the thrusters' own axes need the force of each thruster.
     #[error(
         "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each thruster; run `{run}` has forces of the vehicle alone: log V1 … or F1 …, or use \"vehicle\""
     )]
     AdvanceByThruster {
-        /// A run without them.
+        /// A run without these forces.
         run: String,
     },
     /// A velocity or an angle cannot be filtered.
     #[error(transparent)]
     Filter(#[from] FilterError),
-    /// A balance has no regressor.
+    /// The integral form cannot express a balance or determine its parameters.
     #[error(transparent)]
     Integral(#[from] IntegralError),
-    /// Efficiencies that cannot be found.
+    /// Thrust efficiencies that cannot be estimated.
     #[error(transparent)]
     Efficiency(#[from] EfficiencyError),
     /// A linear system without solution.
@@ -45,8 +45,8 @@ pub enum ProcedureError {
 }
 
 impl ProcedureError {
-    /// What the data of one stage lacks is a finding, and the other stages go on; a model that has no regressor at all
-    /// is an error.
+    /// Turns a lack of data in one stage into a finding, so that the other stages go on. A balance
+    /// that is not linear in its parameters or has a product of parameters stays an error.
     pub(super) fn unless_data<T>(
         stage: &str,
         dof: Dof,

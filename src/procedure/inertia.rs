@@ -1,16 +1,18 @@
-//! Stage (iii): inertia, coupling, bias, and in the zig-zag the Munk coefficient, with drag held.
+//! Stage (iii): inertia, coupling and bias, and in a zig-zag the Munk coefficient, with drag held.
 //!
 //! ```text
-//! oscillatory:  u̇ = a₁ q̇ + a₂ R + a₃,   a₁ = −X_q̇/m_u, a₂ = 1/m_u, a₃ = −b/m_u              (20), (21), (26), (27)
-//! zig-zag:      ṙ = a₁ u v + a₂ R + a₃,  a₁ = −k_uv/I_r, a₂ = 1/I_r, a₃ = −b/I_r              (28), (29)
-//!               u̇ = a₁ v r + a₂ R + …,   v̇ = a₁ u r + a₂ R                                   (28), free coefficients
+//! oscillatory:  u̇ = a₁ q̇ + a₂ R + a₃,   a₁ = −X_q̇/m_u, a₂ = 1/m_u, a₃ = −b/m_u     (20), (21), (26), (27)
+//! zig-zag:      ṙ = a₁ u v + a₂ R + a₃,  a₁ = −k_uv/I_r, a₂ = 1/I_r, a₃ = −b/I_r     (28), (29)
+//!               u̇ = a₁ v r + a₂ R + …,   v̇ = a₁ u r + a₂ R                        (28), free coefficients
 //! R = τ − drag with the coefficients of stage (ii)
 //! ```
 //!
-//! In integral form, per unit inertia; the parameters follow from the fitted ratios by the delta method, and what the
-//! held drag leaves uncertain is carried on. Rows stand on the stamps of the own velocity; u and v of a slower sensor
-//! are straight lines between their samples. Inertia and bias are free in a zig-zag too: held at what oscillations of
-//! other amplitudes have shown, their misfit would pass for a Coriolis coefficient, for v r hardly changes sign. Each run has a stage of its own, and all runs together one more.
+//! In integral form, per unit inertia. The parameters follow from the fitted ratios by the delta
+//! method, and the uncertainty of the held drag is propagated. Rows have the time stamps of the own
+//! velocity; u and v of a slower sensor are interpolated linearly. Inertia and bias are also free
+//! in a zig-zag: if they were held at values from oscillations of other amplitudes, their misfit
+//! would be taken for a Coriolis coefficient, because v r hardly changes sign. Each run has a stage
+//! of its own, and all runs together have one more.
 
 use super::effective_thrust::acting_forces;
 use super::numbers::flow_numbers;
@@ -25,12 +27,12 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 
-/// What stands in the balance of a kind of run besides inertia and bias.
+/// Kind of run, which decides what the balance contains besides inertia and bias.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Motion in one degree of freedom.
     Oscillatory,
-    /// Turning with speed.
+    /// Turning at speed.
     Zigzag,
 }
 
@@ -42,7 +44,7 @@ impl Kind {
         }
     }
 
-    /// Samples a row, whether drag is held, whether each run has a stage of its own.
+    /// Samples per row, whether drag is held, whether each run has a stage of its own.
     fn options(self, options: &StagedOptions) -> (usize, bool, bool) {
         let (o, z) = (&options.oscillatory, &options.zigzag);
         match self {
@@ -56,7 +58,8 @@ impl Kind {
         let drag = if self.options(options).1 { Vec::new() } else { parameters_of(model, dof, Nature::Drag) };
         let coriolis = match model.coriolis {
             Coriolis::Free => parameters_of_term(model, &id::coriolis(dof)),
-            // tied: k_uv = m_v − m_u, and the mass in sway is found in yaw where no run of its own has shown it
+            // tied: k_uv = m_v − m_u; the mass in sway is estimated in yaw if no run of sway has
+            // shown it
             Coriolis::Tied if dof == Dof::Yaw => {
                 parameters_at(model, Dof::Sway, &[id::INERTIA]).into_iter().filter(|p| !held.has(*p)).collect()
             }
@@ -64,17 +67,18 @@ impl Kind {
         };
         match self {
             Kind::Oscillatory => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), drag].concat(),
-            // without a coefficient of its own the balance shows nothing that an oscillation does not show better
+            // without a coefficient of its own the balance shows nothing that an oscillation does
+            // not show better
             Kind::Zigzag if coriolis.is_empty() && dof != Dof::Yaw => Vec::new(),
             Kind::Zigzag => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), coriolis, drag].concat(),
         }
     }
 }
 
-/// Degrees of freedom whose balance a zig-zag is fitted in.
+/// Degrees of freedom whose balance is fitted to a zig-zag.
 pub(super) const ZIGZAG: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
-/// What a run in one degree of freedom shows when its drag is held.
+/// Effects that a run in one degree of freedom determines if its drag is held.
 const MOMENTUM_AND_BIAS: [&str; 3] = [id::INERTIA, id::ADDED_MASS_COUPLING, id::BIAS];
 
 fn parameters_of_term(model: &Model, name: &str) -> Vec<usize> {
@@ -82,7 +86,7 @@ fn parameters_of_term(model: &Model, name: &str) -> Vec<usize> {
     all.into_iter().filter(|p| !model.parameters[*p].fixed).collect()
 }
 
-/// Stages of each run and of all together; what is found is that of all.
+/// Stages of each run and of all runs together; the returned fit is that of all.
 pub(super) fn stages(
     kind: Kind,
     dof: Dof,
@@ -105,7 +109,7 @@ pub(super) fn stages(
         };
         stages.push(of_run(kind, format!("{} {}", kind.name(), run.name), dof, run, model, held, bench, &found));
     }
-    // only several runs tell an inertia that grows with the amplitude
+    // an inertia that depends on the amplitude is identifiable from several runs only
     let several = kind == Kind::Oscillatory && runs.len() > 1;
     let amplitude = if several { parameters_at(model, dof, &[id::ADDED_MASS_AMPLITUDE]) } else { Vec::new() };
     let free = [free, amplitude].concat();
@@ -126,7 +130,7 @@ pub(super) fn stages(
     Ok(Ok((stages, found)))
 }
 
-/// The stage of a single run, with its flow numbers where it oscillates.
+/// The stage of a single run, with its flow numbers if it is oscillatory.
 #[allow(clippy::too_many_arguments)] // one call; a struct for it would only name the same things twice
 fn of_run(
     kind: Kind,
@@ -148,7 +152,8 @@ fn of_run(
     stage
 }
 
-/// Says where the Munk coefficient is not the difference of the masses.
+/// Adds a note if the Munk coefficient differs from the difference of the masses by more than three
+/// standard errors.
 fn finish(kind: Kind, model: &Model, stage: &mut Stage) {
     let masses = (model.value_at(id::INERTIA, Dof::Sway), model.value_at(id::INERTIA, Dof::Surge));
     if let (Kind::Zigzag, (Some(m_v), Some(m_u)), Some(k)) = (kind, masses, stage.estimate("k_uv"))

@@ -1,14 +1,16 @@
 //! The staged procedure of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 //!
 //! ```text
-//! (i)   curves of thrusters and η_inter from bollard pull; η_adv from tow or maker's data        τ = η_inter η_adv τ_nom
+//! (i)   thruster curves and η_inter from bollard pull,                   τ = η_inter η_adv τ_nom
+//!       η_adv from tow or maker's data
 //! (ii)  drag from constant-velocity runs                                 τ = k_Q ν|ν| + k_L ν + b
 //! (iii) drag held; inertia, coupling and bias from oscillatory runs      ν̇ = a₁ q̇ + a₂ R + a₃
-//!       and, where the vehicle turns with speed, k_uv from zig-zags      ṙ = a₁ u v + a₂ R + a₃
+//!       and, if the vehicle turns at speed, k_uv from zig-zags           ṙ = a₁ u v + a₂ R + a₃
 //! ```
 //!
-//! Each stage sees only what earlier ones have left, with its uncertainty. The reason for stages is conditioning: in a
-//! single fit drag and inertia of one run are nearly the same signal, as the [`direct_regression`] shows.
+//! Each stage holds the results of the earlier stages and propagates their uncertainty. The reason
+//! for stages is conditioning: in a single fit, drag and inertia of one run are nearly the same
+//! signal, as the [`direct_regression`] shows.
 
 mod advance;
 mod bench;
@@ -63,7 +65,8 @@ use crate::vehicle::Vehicle;
 /// The staged procedure: estimates the free parameters of `model` from the training runs.
 ///
 /// # Errors
-/// [`ProcedureError`]. A stage whose data is not there or does not determine its parameters is a finding, not an error.
+/// [`ProcedureError`]. A stage whose data is missing or does not determine its parameters gives a
+/// finding, not an error.
 pub fn staged(
     runs: &[Run],
     model: &Model,
@@ -96,7 +99,8 @@ pub fn staged(
     Ok(result)
 }
 
-/// η_inter of the bollard runs that train, beside what `bench` knows of losses: stage (i) alone.
+/// η_inter from the bollard runs with role `train`, together with the losses that `bench` knows:
+/// stage (i) alone.
 ///
 /// # Errors
 /// [`ProcedureError`].
@@ -114,8 +118,8 @@ pub fn interaction_losses(
     Ok(held.efficiency.clone())
 }
 
-/// Degrees of freedom whose drag is free and absent to begin with, and which no training run of constant velocity or towing
-/// shows: stage (iii) would find an inertia beside no drag at all.
+/// Degrees of freedom with free drag parameters, all zero at the start, that no training run of
+/// constant velocity or towing shows: stage (iii) would estimate an inertia without any drag.
 pub fn without_steady_runs(runs: &[Run], model: &Model) -> Vec<Dof> {
     let training: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
     let absent = |p: &usize| model.parameters[*p].value.abs() <= 0.0;
@@ -129,8 +133,9 @@ pub fn without_steady_runs(runs: &[Run], model: &Model) -> Vec<Dof> {
     model.dofs.iter().copied().filter(unseen).collect()
 }
 
-/// The runs as [`staged`] uses them from stage (ii) on: smoothed, with the rates made, with the forces that act. Twins
-/// and simulations that are to be compared with the staged model take the same.
+/// The training runs as [`staged`] uses them from stage (ii) on: smoothed, with derived rates and
+/// effective forces. Direct fits and simulations that are compared with the staged model use the
+/// same runs.
 ///
 /// # Errors
 /// [`ProcedureError::Filter`].
@@ -145,7 +150,7 @@ pub fn made_ready(
     Ok(ready.iter().map(|run| acting_forces(run, efficiency, thrusters).0).collect())
 }
 
-/// Training runs, smoothed, with the rates that are not logged.
+/// Training runs, smoothed, with derived body rates where they are not logged.
 fn ready(
     runs: &[Run],
     model: &Model,
@@ -173,7 +178,7 @@ fn ready(
     if ready.is_empty() { Err(ProcedureError::NoTrainingRun) } else { Ok(ready) }
 }
 
-/// Steady runs with their pitch by the balance of moments, where it is asked for.
+/// The runs; if the options ask for it, steady runs get their pitch from the balance of moments.
 fn pitched(runs: Vec<Run>, bench: Bench<'_>, options: &StagedOptions, warnings: &mut Vec<Finding>) -> Vec<Run> {
     if options.steady.pitch == PitchSource::Logged {
         return runs;
@@ -191,7 +196,8 @@ fn pitched(runs: Vec<Run>, bench: Bench<'_>, options: &StagedOptions, warnings: 
     runs.into_iter().map(of).collect()
 }
 
-/// Losses along the thrusters' axes need the thrusters' forces in every run that moves by them.
+/// Returns an error if advance losses along the thrusters' axes are asked for and a run that moves
+/// by its thrusters lacks the force of each thruster.
 fn check_axis(runs: &[Run], bench: Bench<'_>) -> Result<(), ProcedureError> {
     let along = bench.efficiency.advance_speed == AdvanceSpeed::ThrusterAxis && bench.efficiency.eta_adv.is_some();
     let drives = |run: &&Run| !matches!(run.kind, RunKind::Bollard | RunKind::Towing);
@@ -199,7 +205,7 @@ fn check_axis(runs: &[Run], bench: Bench<'_>) -> Result<(), ProcedureError> {
     lacking.map_or(Ok(()), |run| Err(ProcedureError::AdvanceByThruster { run: run.name.clone() }))
 }
 
-/// Windows given for runs that are not there.
+/// Adds a finding for each window that is given for a run that does not exist.
 fn check_windows(runs: &[Run], options: &StagedOptions, warnings: &mut Vec<Finding>) {
     let steady = |run: &&Run| matches!(run.kind, RunKind::ConstantVelocity | RunKind::Towing);
     let names: Vec<&str> = runs.iter().filter(steady).map(|run| run.name.as_str()).collect();
@@ -211,7 +217,8 @@ fn check_windows(runs: &[Run], options: &StagedOptions, warnings: &mut Vec<Findi
     }
 }
 
-/// What a reader has to know: signs that cannot be, parameters that no stage estimates.
+/// Adds findings about impossible signs, parameters that no stage estimates, and a net weight
+/// without restoring term.
 fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &mut StagedResult) {
     for stage in &mut result.stages {
         let unphysical = |e: &&Estimate| {

@@ -4,8 +4,9 @@
 //! Re = U_m L_c/ν   KC = U_m T/L_c   λ = Σ|f_D| / Σ|f_I|   C_m = (m − m_dry)/(ρ∇)        (22), (23)
 //! ```
 //!
-//! U_m: greatest speed, m/s (rad/s times L_c in rotation); L_c: characteristic length, m; ν: kinematic viscosity, m²/s;
-//! T: period, s; f_D, f_I: drag and inertia force, N. Avila et al. (2013).
+//! U_m: greatest speed, m/s (rad/s times L_c in rotation); L_c: characteristic length, m; ν:
+//! kinematic viscosity, m²/s; T: period, s; f_D, f_I: drag and inertia force, N. Avila et al.
+//! (2013).
 
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::vehicle::{Vehicle, Water};
 
-/// Flow numbers; those whose vehicle figures are not known are absent.
+/// Flow numbers; those that need unknown vehicle data are absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct FlowNumbers {
     /// Period of the command, s.
@@ -37,12 +38,13 @@ pub struct FlowNumbers {
     pub inertia_coefficient: Option<f64>,
 }
 
-/// The numbers of `run`, number `index`, in `dof` by `model`, over the last cycle; `None` without a periodic command.
+/// Flow numbers of `run` (number `index`) in `dof` with `model`, over the last cycle; `None`
+/// without a periodic command.
 ///
-/// The inertia force is the sum of all others: no acceleration is measured or differentiated.
+/// The inertia force is the sum of all other forces: no acceleration is measured or differentiated.
 ///
 /// # Errors
-/// [`RegressorError`] where the balance reads what is not logged.
+/// [`RegressorError`] if the balance reads a channel that is not logged.
 pub fn flow_numbers(
     run: &Run,
     index: usize,
@@ -70,14 +72,15 @@ pub fn flow_numbers(
     }))
 }
 
-/// λ from the sample `first` on.
+/// λ, from the sample `first` on.
 fn drag_over_inertia(parts: &Components, first: usize, model: &Model) -> f64 {
     let is_drag = |name: &str| model.term(name).is_some_and(|t| nature(model, &model.terms[t]) == Nature::Drag);
     let size = |f: &[f64]| f[first..].iter().map(|f| f.abs()).sum::<f64>();
     size(&parts.sum_of(is_drag)) / size(&parts.total())
 }
 
-/// Period of a signal, s: mean time between its upward crossings of its mean value; `None` with fewer than two.
+/// Period of a signal, s: mean time between its upward crossings of its mean value; `None` with
+/// fewer than two.
 pub fn period_of(signal: &Signal) -> Option<f64> {
     let (time, x) = (signal.time(), signal.values());
     let mean = x.iter().sum::<f64>() / x.len() as f64;

@@ -1,7 +1,8 @@
 //! Options of the stages: the `[stage]` tables of a campaign.
 //!
 //! (i) `bollard`: η_inter, and thrust curves. (ii) `steady`: drag from constant-velocity and towing runs.
-//! (iii) `oscillatory` and `zigzag`: inertia, coupling and bias, drag held. `direct`: the cautionary twin, eq. (30).
+//! (iii) `oscillatory` and `zigzag`: inertia, coupling and bias, drag held. `direct`: the direct
+//! regression, eq. (30).
 //! Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 
 use serde::{Deserialize, Serialize};
@@ -10,7 +11,8 @@ use crate::estimate::{SteadyOptions, SteadyWindow};
 use crate::filter::{PolynomialFilter, Window};
 use crate::least_squares::StdMethod;
 
-/// All stages. A stage without runs of its kind is left out by itself; `skip` leaves it out although there are.
+/// Options of all stages. A stage without runs of its kind does not run; `skip` omits it although
+/// there are runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StagedOptions {
@@ -26,14 +28,15 @@ pub struct StagedOptions {
     /// The horizontal plane, with Coriolis coupling.
     #[serde(skip_serializing_if = "is_default")]
     pub zigzag: ZigzagStage,
-    /// Everything at once with differentiated velocity, to be shown beside the others.
+    /// All parameters at once with differentiated velocity, to be shown beside the others.
     #[serde(skip_serializing_if = "is_default")]
     pub direct: DirectStage,
-    /// Standard deviations of the integral stages. `hac`: increments of a noisy velocity are correlated, and (14) then
-    /// is too wide or too narrow.
+    /// Standard deviations of the integral stages. `hac`: increments of a noisy velocity are
+    /// correlated, which makes (14) too wide or too narrow.
     #[serde(skip_serializing_if = "is_default")]
     pub std: StdMethod,
-    /// Filter whose slope makes a body rate from its angle, where the rate is not logged. A second and a parabola.
+    /// Filter whose slope gives a body rate from its angle if the rate is not logged. One second,
+    /// second degree.
     pub rates: PolynomialFilter,
 }
 
@@ -52,7 +55,7 @@ impl Default for StagedOptions {
 }
 
 impl StagedOptions {
-    /// The same with one filter of the velocities in all stages of motion.
+    /// These options with one filter of the velocities in all stages of motion.
     #[must_use]
     pub fn filtered(mut self, filter: Option<PolynomialFilter>) -> StagedOptions {
         self.oscillatory.filter = filter;
@@ -65,13 +68,14 @@ impl StagedOptions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BollardStage {
-    /// Leave the stage out.
+    /// Omits the stage.
     pub skip: bool,
-    /// Nominal forces below this, N or N·m, are not fitted. 0: the paper fits all, and a dead band shows in the
-    /// residuals.
+    /// Nominal forces below this value, N or N·m, are not fitted. 0: the paper fits all, and a dead
+    /// band shows in the residuals.
     pub least_force: f64,
-    /// Last part of each constant command that counts as steady, 0 to 1. 0.5: the first half holds the start of the
-    /// propeller and of the water around it. Of a command that changes all the time every sample counts.
+    /// Last part of each constant command that counts as steady, 0 to 1. 0.5: the first half
+    /// contains the start-up of the propeller and of the water around it. If a command changes all
+    /// the time, every sample counts.
     pub steady_part: f64,
 }
 
@@ -85,25 +89,26 @@ impl Default for BollardStage {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SteadyStage {
-    /// Leave the stage out.
+    /// Omits the stage.
     pub skip: bool,
-    /// Last part of each run in which steady windows are sought, 0 to 1. 0.5: the first half is acceleration, and what
-    /// is left of it passes for drag.
+    /// Last part of each run that is searched for steady windows, 0 to 1. 0.5: the first half is
+    /// acceleration, and a remaining acceleration is taken for drag.
     pub steady_part: f64,
-    /// Greatest drift of the speed over a window, as a part of the greatest speed of the run. 0.04: a drift of 5 % errs
-    /// by some 10 % in quadratic drag, about the paper's own scatter.
+    /// Greatest drift of the speed over a window, as a fraction of the greatest speed of the run.
+    /// 0.04: a drift of 5 % causes an error of some 10 % in quadratic drag, about the paper's own
+    /// scatter.
     pub drift: f64,
-    /// Greatest scatter about the drift (one standard deviation), as a part of the greatest speed of the run. 0.08: the
-    /// paper's record of Fig. 7 scatters by 6 %.
+    /// Greatest scatter about the drift (one standard deviation), as a fraction of the greatest
+    /// speed of the run. 0.08: the paper's record of Fig. 7 scatters by 6 %.
     pub scatter: f64,
     /// Least length of a window, s.
     pub length: f64,
-    /// Windows by hand: a run that is named here has these and no others.
+    /// Windows set by hand: a run that is named here has these and no others.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<GivenWindow>,
-    /// Whether drag in yaw has values of its own clockwise and anticlockwise, where runs show both.
+    /// Whether drag in yaw has separate values clockwise and anticlockwise, if runs show both.
     pub per_direction: bool,
-    /// Where the pitch of (19) comes from.
+    /// Source of the pitch of (19).
     pub pitch: PitchSource,
     /// Height at which drag acts, m below the body origin; for `pitch = "moments"`.
     pub drag_height: f64,
@@ -127,13 +132,13 @@ impl Default for SteadyStage {
 }
 
 impl SteadyStage {
-    /// What counts as steady.
+    /// Limits for a steady window.
     pub(super) fn limits(&self) -> SteadyOptions {
         SteadyOptions { drift: self.drift, scatter: self.scatter, length: self.length }
     }
 }
 
-/// A steady window given by hand.
+/// A steady window set by hand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenWindow {
@@ -151,7 +156,7 @@ impl GivenWindow {
     }
 }
 
-/// Where the pitch of (19) comes from.
+/// Source of the pitch of (19).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PitchSource {
@@ -166,19 +171,19 @@ pub enum PitchSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OscillatoryStage {
-    /// Leave the stage out.
+    /// Omits the stage.
     pub skip: bool,
-    /// Polynomial filter of the velocities; none by default, for the integral form differentiates nothing and a filter
-    /// correlates the noise.
+    /// Polynomial filter of the velocities; none by default, because the integral form does not
+    /// differentiate and a filter correlates the noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filter: Option<PolynomialFilter>,
-    /// Samples from one end of an integration interval to the other. 1 is the paper's (5); at low rates and noisy
-    /// velocities several are less biased.
+    /// Length of an integration interval in sample intervals. 1 is the paper's (5); at low rates and
+    /// with noisy velocities several are less biased.
     pub window: usize,
-    /// Hold the drag that the steady stage found. True: that is the paper's step (iii); a single-step fit of both is
-    /// ill-conditioned.
+    /// Holds the drag that the steady stage found. True: this is the paper's step (iii); a
+    /// single-step fit of both is ill-conditioned.
     pub hold_drag: bool,
-    /// A stage of each run beside that of all together, as in the paper's Table 5.
+    /// Adds a stage for each run beside that of all runs together, as in the paper's Table 5.
     pub per_run: bool,
 }
 
@@ -192,7 +197,7 @@ impl Default for OscillatoryStage {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ZigzagStage {
-    /// Leave the stage out.
+    /// Omits the stage.
     pub skip: bool,
     /// As in the oscillatory stage.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -203,7 +208,8 @@ pub struct ZigzagStage {
     pub hold_drag: bool,
     /// As in the oscillatory stage.
     pub per_run: bool,
-    /// How products of channels with different rates (u v at 3 Hz beside r at 9 Hz) come to common instants.
+    /// How products of channels with different rates (u v at 3 Hz beside r at 9 Hz) get common time
+    /// stamps.
     pub align: Align,
 }
 
@@ -213,16 +219,17 @@ impl Default for ZigzagStage {
     }
 }
 
-/// How a slow channel is read at the instants of a fast one.
+/// How a slow channel is read at the time stamps of a fast one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Align {
-    /// On the straight line between its neighbours. The default: velocity is continuous, and no delay arises.
+    /// Linear interpolation between its neighbours. The default: velocity is continuous, and no
+    /// delay arises.
     #[default]
     Linear,
-    /// The last sample before, as a computer on board would have it; late by half a sample on average.
+    /// The last sample before, as an on-board computer has it; late by half a sample on average.
     Previous,
-    /// Only instants at which both have a sample.
+    /// Only time stamps at which both channels have a sample.
     Common,
 }
 
@@ -230,10 +237,11 @@ pub enum Align {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DirectStage {
-    /// Leave the stage out. True: its parameters are not to be used, so it is shown only to those who ask.
+    /// Omits the stage. True: its parameters are not to be used, so it is shown only on request.
     pub skip: bool,
-    /// Filter whose slope is the acceleration. Seven samples and a parabola: three quarters of a second of the paper's
-    /// yaw rate. The estimates hang on it (docs/staged.md), which is what the twin is there to show.
+    /// Filter whose slope is the acceleration. Seven samples and second degree: three quarters of a
+    /// second of the paper's yaw rate. The estimates depend on it (docs/staged.md), which is what
+    /// the direct regression is meant to show.
     pub filter: PolynomialFilter,
 }
 

@@ -4,16 +4,18 @@
 //! (z_g W − z_b B) sin θ + (x_g W − x_b B) cos θ = M_T − z_D τ_u
 //! ```
 //!
-//! M_T: moment of the thrusters about the body origin, N·m; z_D: height at which drag acts, m, whose force at constant
-//! speed is the thrust τ_u, N, less what (19) adds to it, which is left out as small. W, B, (x_g, z_g), (x_b, z_b):
-//! weight and buoyancy, N, and where they act, m. Avila et al. (2013), text with eq. 19; Fossen (2021), ch. 4.
+//! M_T: moment of the thrusters about the body origin, N·m. z_D: height at which the drag acts, m;
+//! the drag force at constant speed is the thrust τ_u, N, if the small gravity term of (19) is
+//! neglected. W, B: weight and buoyancy, N, which act at (x_g, z_g) and (x_b, z_b), m. Avila et al.
+//! (2013), text with eq. 19; Fossen (2021), ch. 4.
 
 use super::options::SteadyStage;
 use crate::frame::Dof;
 use crate::run::{Run, Signal};
 use crate::vehicle::Vehicle;
 
-/// The run with `theta` by the balance of moments, at the stamps of τ_u; the error says what is missing.
+/// The run with `theta` from the balance of moments, at the time stamps of τ_u; the error names the
+/// missing input.
 pub(super) fn of_moments(run: &Run, vehicle: &Vehicle, options: &SteadyStage) -> Result<Run, String> {
     let lacks = |what: &str| format!("run `{}`: pitch = \"moments\" needs {what}", run.name);
     let figures = (vehicle.weight, vehicle.buoyancy, vehicle.cg, vehicle.cb);
@@ -53,7 +55,7 @@ mod tests {
         run
     }
 
-    /// Centre of gravity 13 cm under that of buoyancy: 250 N·m of righting moment at a right angle.
+    /// Centre of gravity 13 cm below the centre of buoyancy: a righting moment of 250 N·m at 90°.
     fn vehicle() -> Vehicle {
         Vehicle {
             weight: Some(1854.1),
@@ -67,7 +69,8 @@ mod tests {
     #[test]
     fn exact_pitch_holds_the_moments() {
         let options = SteadyStage { drag_height: 0.1, ..SteadyStage::default() };
-        // thrusters above the origin by 0.15 m push the nose down: −30 N·m, and drag 0.1 m below it −20 N·m more
+        // thrusters above the origin by 0.15 m push the nose down: −30 N·m, and drag 0.1 m below it
+        // −20 N·m more
         let pitched = of_moments(&run(-30.0), &vehicle(), &options).unwrap();
         let theta = pitched.signal("theta").unwrap().values()[0];
         assert!((theta.sin() + 50.0 / 250.0).abs() < 1e-12, "{theta}");

@@ -1,7 +1,8 @@
-//! Runs made ready for the stages: smoothed, with the rates that are not logged, at common instants.
+//! Preparation of runs for the stages: smoothing, body rates that are not logged, common time
+//! stamps.
 //!
 //! ```text
-//! p, q, r: slope of the filtered φ, θ, ψ where not logged
+//! p, q, r: slope of the filtered φ, θ, ψ if not logged
 //! ```
 
 use super::{Align, StagedOptions};
@@ -12,7 +13,7 @@ use crate::model::Model;
 use crate::navigation::unwrap;
 use crate::run::{Run, RunKind, Signal};
 
-/// The run as its stage asks for it: velocities smoothed, slow channels brought to the instants of fast ones.
+/// The run with its velocities smoothed by the filter of its stage, if that has one.
 pub(super) fn smooth(run: &Run, options: &StagedOptions) -> Result<Run, FilterError> {
     let filter = match run.kind {
         RunKind::Oscillatory => options.oscillatory.filter,
@@ -30,7 +31,8 @@ pub(super) fn smooth(run: &Run, options: &StagedOptions) -> Result<Run, FilterEr
     Ok(smoothed)
 }
 
-/// A zig-zag with the velocities other than that of `dof` as [`Align`] wants them at its instants.
+/// A zig-zag with the velocity of `dof` and the other velocities at common time stamps, as [`Align`]
+/// describes; unchanged for [`Align::Linear`], which interpolates later.
 pub(super) fn aligned(run: &Run, dof: Dof, align: Align) -> Run {
     let mut common = run.clone();
     let (Some(own), false) = (run.signal(dof.velocity()), align == Align::Linear) else { return common };
@@ -58,11 +60,11 @@ pub(super) fn aligned(run: &Run, dof: Dof, align: Align) -> Run {
     common
 }
 
-/// Two stamps nearer than this, s, are one instant.
+/// Time stamps nearer than this are one instant, s.
 const SLACK: f64 = 1e-6;
 
-/// Makes the body rates that a coupling of the model reads and the run does not log, for small roll and pitch; returns
-/// which.
+/// Derives the body rates that a coupling of the model reads and the run does not log, for small
+/// roll and pitch; returns their names.
 pub(super) fn make_rates(
     run: &mut Run,
     model: &Model,
@@ -84,8 +86,10 @@ pub(super) fn make_rates(
     Ok(made)
 }
 
-/// The degree of freedom that a run shows: the one into which the command puts most power, |τ ν| in W, of means at
-/// constant velocity, else of deviations from them. Power compares translations with rotations without any scale.
+/// The degree of freedom that a run shows: the one with the greatest power of the command, |τ ν| in
+/// W. At constant velocity the power is that of the means, otherwise of the deviations from the
+/// means. Power compares translations with rotations without a scale factor. In captive runs the
+/// load cell takes the place of the velocity (bollard) or counts alone (towing).
 pub fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
     let size = |name: &str| {
         let x = run.signal(name).map_or(&[][..], Signal::values);

@@ -1,4 +1,4 @@
-//! What the staged procedure hands back: plain data, as in `fit --json`.
+//! Result of the staged procedure: plain data, as in `fit --json`.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct Estimate {
     pub name: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard deviation, SI: with what earlier stages left uncertain.
+    /// Standard deviation, SI, including the uncertainty from earlier stages.
     pub std: f64,
     /// Standard deviation by the paper's (14), of this stage alone, SI.
     pub std_paper: f64,
@@ -34,7 +34,8 @@ pub struct Estimate {
 #[derive(Debug, Clone, Serialize)]
 pub struct Stage {
     /// What was done: `bollard`, `advance`, `towing`, `steady`, `steady clockwise`, `oscillatory`,
-    /// `zigzag`, `direct`; of a single one of several runs, and of a group of thrusters, with its name behind.
+    /// `zigzag`, `direct`; followed by the name of the run for a single one of several runs, and by
+    /// the names of the thrusters for a group of thrusters.
     pub name: String,
     /// Degree of freedom.
     pub dof: Dof,
@@ -42,21 +43,22 @@ pub struct Stage {
     pub runs: Vec<String>,
     /// Number of rows.
     pub rows: usize,
-    /// Standard deviation of the residual: N or N·m in bollard, steady and towing stages (its square is the paper's J),
-    /// m/s or rad/s where the balance is integrated, m/s² or rad/s² in the direct fit.
+    /// Standard deviation of the residual: N or N·m in bollard, steady and towing stages (its
+    /// square is the paper's J), m/s or rad/s where the balance is integrated, m/s² or rad/s² in
+    /// the direct fit.
     pub residual_std: f64,
     /// cond(HᵀH), as the paper prints.
     pub condition_number: f64,
     /// cond(H) with columns of unit length.
     pub condition_number_scaled: f64,
-    /// What was estimated.
+    /// The estimated quantities.
     pub estimates: Vec<Estimate>,
     /// Covariance of the estimates, in their order, SI.
     pub covariance: Vec<Vec<f64>>,
     /// Flow numbers of a single oscillatory run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub numbers: Option<FlowNumbers>,
-    /// What to know about this stage.
+    /// Findings about this stage.
     pub warnings: Vec<Finding>,
 }
 
@@ -109,24 +111,26 @@ fn place_name(place: Place) -> String {
     }
 }
 
-/// The whole procedure.
+/// Result of all stages.
 #[derive(Debug, Clone)]
 pub struct StagedResult {
     /// Stages in the order in which they were done.
     pub stages: Vec<Stage>,
-    /// The model with what was estimated written in.
+    /// The model with the estimated values.
     pub model: Model,
-    /// Covariance of the model's parameters, in their order, SI: 0 for those that were not estimated. Those of
-    /// different stages are correlated by what the later ones hold.
+    /// Covariance of the model's parameters, in their order, SI: 0 for those that were not
+    /// estimated. Parameters of different stages are correlated through the values that later
+    /// stages hold.
     pub covariance: Vec<Vec<f64>>,
-    /// Losses of thrust that the values go with: those known, and what load cells have shown.
+    /// Losses of thrust that belong to the estimates: the known ones and those measured with load
+    /// cells.
     pub efficiency: Efficiency,
-    /// What to know about the whole.
+    /// Findings about the whole procedure.
     pub warnings: Vec<Finding>,
 }
 
 impl StagedResult {
-    /// Before the first stage: nothing is found yet.
+    /// The result before the first stage: nothing is estimated yet.
     pub(super) fn begun(model: &Model, bench: Bench<'_>) -> StagedResult {
         StagedResult {
             stages: Vec::new(),

@@ -1,4 +1,5 @@
-//! How estimates move with the window and the degree of the filter: a fit that can be trusted does not.
+//! Sensitivity of the estimates to the window and the degree of the filter: a trustworthy fit
+//! changes little.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -9,7 +10,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 
-/// One row of the table.
+/// One entry of the sensitivity table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Setting {
     /// Filter of the velocities; none in the first row.
@@ -20,12 +21,12 @@ pub struct Setting {
     pub stage: String,
     /// Degree of freedom.
     pub dof: Dof,
-    /// What was estimated with this filter.
+    /// Estimates with this filter.
     pub estimates: Vec<Estimate>,
 }
 
-/// Repeats the staged and the direct fit with each filter, and once without. The direct fit differentiates by the same
-/// filter. A direct fit that has no solution has no row.
+/// Repeats the staged and the direct fit with each filter, and once without. The direct fit uses
+/// the same filter to differentiate. A direct fit without a solution has no row.
 ///
 /// # Errors
 /// As [`staged`].
@@ -42,7 +43,7 @@ pub fn filter_table(
     Ok(settings?.concat())
 }
 
-/// Filters of the table where none are asked for: windows of 5, 9 and 15 samples, parabolas and cubics.
+/// Default filters of the table: windows of 5, 9 and 15 samples, of second and third degree.
 pub fn usual_filters() -> Vec<PolynomialFilter> {
     let of = |samples| [2, 3].map(|degree| PolynomialFilter { window: Window::Samples(samples), degree });
     [5, 9, 15].into_iter().flat_map(of).collect()
@@ -77,7 +78,7 @@ fn with_filter(
     Ok(table)
 }
 
-/// How far one estimate moves over the table.
+/// Variation of one estimate over the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// `staged` or `direct`.

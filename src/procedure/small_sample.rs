@@ -1,29 +1,31 @@
-//! Deviations from few rows, of which each is the mean of many samples.
+//! Standard deviations from few rows, each the mean of many samples.
 //!
 //! ```text
-//! s̃² = (ν s² + ν₀ s₀²)/(ν + ν₀),      two deviations are t(ν + ν₀)       where ν s²/s₀² < χ²₀.₉₈(ν)
-//! s̃² = s²,                             two deviations are t(ν)            elsewhere
+//! s̃² = (ν s² + ν₀ s₀²)/(ν + ν₀),      two deviations are t(ν + ν₀)       if ν s²/s₀² < χ²₀.₉₈(ν)
+//! s̃² = s²,                             two deviations are t(ν)            otherwise
 //! ```
 //!
-//! s² is the variance that the residuals show with ν degrees of freedom, s₀² the one that the noise of the samples makes
-//! the rows expect. With one degree of freedom the residuals alone widen a deviation seven times, although the
-//! samples say how well each mean is known. s₀² knows nothing of what differs from window to window, so that it counts
-//! for no more than ν₀ = 4 degrees of freedom, and for nothing where the residuals speak against it. That is an inverse
-//! χ² prior: Gelman et al., *Bayesian Data Analysis* (2013), section 3.2.
+//! s²: variance of the residuals, with ν degrees of freedom. s₀²: variance of the rows that the
+//! noise of the samples predicts. With one degree of freedom the residuals alone widen a standard
+//! deviation seven times, although the samples show how well each mean is known. s₀² does not
+//! contain differences between windows, so it counts for only ν₀ = 4 degrees of freedom, and not at
+//! all if the residuals contradict it. This is an inverse χ² prior: Gelman et al., *Bayesian Data
+//! Analysis* (2013), section 3.2.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::least_squares::student_quantile;
 
-/// Degrees of freedom for which the samples' own noise counts.
+/// ν₀: degrees of freedom with which the noise of the samples counts.
 const OF_SAMPLES: f64 = 4.0;
 
-/// Chance below which residuals speak against the noise of the samples. Each false alarm makes a deviation of one degree
-/// of freedom five times too wide.
+/// Probability below which the residuals contradict the noise of the samples. Each false alarm
+/// makes a standard deviation with one degree of freedom five times too wide.
 const AGAINST: f64 = 0.02;
 
-/// By how much deviations are wider than those of the residuals alone, of variance `shown` with `freedom` degrees of
-/// freedom, where the rows' samples make them `expected`.
+/// Factor between the reported standard deviations and those of the residuals alone. `shown`:
+/// variance of the residuals, with `freedom` degrees of freedom; `expected`: variance that the
+/// noise of the samples predicts.
 pub(super) fn widening(freedom: f64, shown: f64, expected: f64) -> f64 {
     let agree =
         || ChiSquared::new(freedom).is_ok_and(|chi| freedom * shown / expected < chi.inverse_cdf(1.0 - AGAINST));
@@ -35,7 +37,8 @@ pub(super) fn widening(freedom: f64, shown: f64, expected: f64) -> f64 {
     }
 }
 
-/// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
+/// Half of the quantile of Student's t with the probability of two standard deviations of a normal
+/// distribution.
 fn student(freedom: f64) -> f64 {
     const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
     student_quantile(TWO_SIGMA, freedom.max(1.0)) / 2.0
@@ -48,7 +51,8 @@ mod tests {
 
     #[test]
     fn paper_quantiles_of_student() {
-        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of freedom
+        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of
+        // freedom
         for (freedom, quantile) in [(1.0, 13.97), (3.0, 3.307), (1e6, 2.0)] {
             assert!((2.0 * student(freedom) / quantile - 1.0).abs() < 1e-3, "four printed digits: {freedom}");
         }
@@ -56,8 +60,9 @@ mod tests {
         assert_eq!(widening(2.0, 1.0, 0.0), student(2.0), "samples that say nothing");
     }
 
-    /// The mean of n normal numbers: two reported deviations hold it in 95.4 % where the samples are right, and not much
-    /// less where windows scatter by up to twice as much again.
+    /// Mean of n normal numbers: two reported deviations contain it in 95.4 % of the draws if the
+    /// noise of the samples is right, and not much less often if the windows scatter up to twice as
+    /// much.
     #[test]
     fn law_two_deviations_hold_what_they_should() {
         let mut noise = Noise::new(5, 1);

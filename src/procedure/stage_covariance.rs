@@ -1,12 +1,14 @@
-//! What earlier stages have found and later ones hold: values with their covariance, carried on.
+//! Results of earlier stages that later stages hold: values with their covariance, and its
+//! propagation.
 //!
 //! ```text
 //! cov(θ, held) = J Σ_held        cov θ = cov(θ | held) + J Σ_held Jᵀ        J = ∂θ̂/∂held
 //! ```
 //!
-//! J by central differences of one standard deviation: the delta method, through the fit itself. Losses of thrust are
-//! held like any parameter, so that a drag and an inertia that rest on the same η_inter are correlated as they should
-//! be. A drag may have one value for each direction of motion; a row takes those of its own direction.
+//! J is computed by central differences of one standard deviation through the fit itself (delta
+//! method). Losses of thrust are held like any parameter, so that a drag and an inertia that depend
+//! on the same η_inter are correlated correctly. A drag may have one value for each direction of
+//! motion; a row uses those of its own direction.
 
 mod expected;
 
@@ -34,18 +36,18 @@ pub(super) enum Direction {
     Negative,
 }
 
-/// What an entry stands for.
+/// Quantity of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Known {
-    /// A parameter of the model; of one direction of motion, or of both.
+    /// A parameter of the model, for one direction of motion or for both.
     Parameter(usize, Option<Direction>),
-    /// The entry of this number in η_inter.
+    /// Entry of η_inter with this number.
     Interaction(usize),
     /// Slope of η_adv.
     Slope,
     /// Intercept of η_adv.
     Intercept,
-    /// A coefficient of a thruster's curve: the number of the curve, and which.
+    /// A coefficient of a thruster's curve: number of the curve and of the coefficient.
     Curve(usize, usize),
 }
 
@@ -55,42 +57,43 @@ struct Entry {
     value: f64,
 }
 
-/// How rows are made and solved.
+/// How rows are built and solved.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct How {
-    /// Rows.
+    /// Options of the rows.
     pub regressor: RegressorOptions,
-    /// Standard deviations of the rows' own noise.
+    /// Method of the standard deviations that the rows' own noise causes.
     pub std: StdMethod,
-    /// Whether rows are so few that Student's t counts.
+    /// Whether there are so few rows that Student's t is needed.
     pub few: bool,
 }
 
-/// A fit, and how it hangs on what was held.
+/// A fit and its dependence on the held values.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     pub fit: RowFit,
-    /// ∂θ̂/∂held: a row a parameter, a column an entry that was held then.
+    /// ∂θ̂/∂held: one row per parameter, one column per entry that was held at the time.
     jacobian: Vec<Vec<f64>>,
-    /// By how much the rows' own deviations are wider than their residuals alone say, because the rows are few.
+    /// Factor by which the rows' own standard deviations are wider than those of the residuals
+    /// alone, because of few rows.
     pub widening: f64,
 }
 
-/// What earlier stages have found.
+/// Results of earlier stages.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Held {
-    /// Losses that turn nominal forces into those that act; runs of load cells have none.
+    /// Losses that turn nominal forces into effective ones; runs of load cells have none.
     pub efficiency: Efficiency,
     /// The thrusters, for runs that log each of them.
     pub thrusters: Vec<Thruster>,
-    /// Curves of thrusters that were found from bollard tables.
+    /// Thruster curves that were fitted to bollard tables.
     pub curves: Vec<MeasuredCurve>,
     entries: Vec<Entry>,
     covariance: Vec<Vec<f64>>,
 }
 
 impl Held {
-    /// Nothing but what is known of the thrust beforehand.
+    /// Only what is known of the thrust beforehand.
     pub fn of_bench(bench: &Bench<'_>) -> Held {
         let mut held = Held {
             efficiency: bench.efficiency.clone(),
@@ -107,12 +110,14 @@ impl Held {
         held
     }
 
-    /// For load cells: no thrust stands in their balance, and nothing of it is carried.
+    /// For load cells: their balance contains no thrust, so nothing of its uncertainty is
+    /// propagated.
     pub fn without_thrust() -> Held {
         Held::default()
     }
 
-    /// Adds a quantity that was found apart from everything else; `row` its covariance with those added last.
+    /// Adds a quantity. The last element of `row` is its variance, the ones before are its
+    /// covariances with the entries added last; with all earlier entries it is uncorrelated.
     pub fn know(&mut self, known: Known, value: f64, row: &[f64]) {
         let before = self.entries.len();
         let mut own = vec![0.0; before + 1 - row.len()];
@@ -124,7 +129,8 @@ impl Held {
         self.entries.push(Entry { known, value });
     }
 
-    /// Adds the parameters `keep` of a fit; `direction` for a fit of one direction alone. Returns their entries.
+    /// Adds the parameters `keep` of a fit; `direction` for a fit of one direction alone. Returns
+    /// each entry with its number in the fit.
     pub fn add(&mut self, found: &Found, keep: &[usize], direction: Option<Direction>) -> Vec<(usize, usize)> {
         let chosen: Vec<usize> =
             (0..found.fit.parameters.len()).filter(|k| keep.contains(&found.fit.parameters[*k].parameter)).collect();
@@ -142,9 +148,10 @@ impl Held {
         added
     }
 
-    /// Adds the drag of one direction beside that of all windows, `all` at the entries `of_all`. The covariance of the
-    /// best estimate with any other from part of the same rows is its own: cov(θ_part, θ) = G cov θ, G what θ says of
-    /// the part, here that the negative direction has `asymmetry` more of quadratic drag.
+    /// Adds the drag of one direction beside that of all windows, `all`, which is at the entries
+    /// `of_all`. The covariance between the best estimate and an estimate from part of the same
+    /// rows follows from that of the best estimate: cov(θ_part, θ) = G cov θ, where G maps θ to the
+    /// part: here the negative direction has `asymmetry` more of quadratic drag.
     pub fn add_direction(
         &mut self,
         part: &Found,
@@ -168,8 +175,9 @@ impl Held {
         }
     }
 
-    /// Adds quantities found from rows whose thrust rests on what is held: `jacobian` says how (a row a quantity), `own`
-    /// is the covariance that the rows themselves leave. Returns the whole covariance.
+    /// Adds quantities found from rows whose thrust depends on held values: `jacobian` is the
+    /// derivative (one row per quantity), `own` the covariance from the rows themselves. Returns
+    /// the total covariance.
     pub fn derive(&mut self, found: &[(Known, f64)], jacobian: &[Vec<f64>], own: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let before = self.entries.len();
         let with = |held: &Held, i: usize, l: usize| -> f64 {
@@ -190,7 +198,8 @@ impl Held {
         all
     }
 
-    /// How `values`, found from runs under given losses, move with each entry that thrust rests on: a row a value.
+    /// Derivative of `values`, found from runs with given losses, with respect to each entry that
+    /// the thrust depends on: one row per value.
     pub fn moved_by_thrust<E>(
         &self,
         runs: &[&Run],
@@ -215,22 +224,23 @@ impl Held {
         Ok(jacobian)
     }
 
-    /// The entry of a parameter of both directions, as it was found last.
+    /// The entry of a parameter for both directions, as found last.
     pub fn entry_of(&self, parameter: usize) -> Option<usize> {
         self.entries.iter().rposition(|e| e.known == Known::Parameter(parameter, None))
     }
 
-    /// Whether this parameter has been found.
+    /// Whether an earlier stage has found this parameter.
     pub fn has(&self, parameter: usize) -> bool {
         self.entries.iter().any(|e| matches!(e.known, Known::Parameter(p, _) if p == parameter))
     }
 
-    /// `model` with what is held, of a positive velocity where it depends on the direction.
+    /// `model` with the held values; those for positive velocity if they depend on the direction.
     pub fn written(&self, model: &Model) -> Model {
         self.write_to(model, Direction::Positive, None)
     }
 
-    /// Covariance of the first `count` parameters of the model: of each, what was found last for both directions.
+    /// Covariance of the first `count` parameters of the model: for each the value found last for
+    /// both directions.
     pub fn covariance_of(&self, count: usize) -> Vec<Vec<f64>> {
         let places: Vec<Option<usize>> = (0..count).map(|p| self.entry_of(p)).collect();
         let entry = |a: &Option<usize>, b: &Option<usize>| match (a, b) {
@@ -240,7 +250,7 @@ impl Held {
         places.iter().map(|a| places.iter().map(|b| entry(a, b)).collect()).collect()
     }
 
-    /// The losses, entry `shifted.0` moved by `shifted.1`.
+    /// The losses, with entry `shifted.0` moved by `shifted.1`.
     fn losses(&self, shifted: Option<(usize, f64)>) -> Efficiency {
         let mut efficiency = self.efficiency.clone();
         if let Some((k, by)) = shifted {
@@ -254,7 +264,7 @@ impl Held {
         efficiency
     }
 
-    /// The runs with nominal forces, entry `shifted.0` moved by `shifted.1`.
+    /// The runs with nominal forces, with entry `shifted.0` moved by `shifted.1`.
     fn nominal<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
         let curve = shifted.and_then(|(k, by)| match self.entries[k].known {
             Known::Curve(i, coefficient) => Some((&self.curves[i], coefficient, by)),
@@ -269,7 +279,7 @@ impl Held {
         runs.iter().map(of).collect()
     }
 
-    /// The runs with the forces that act, entry `shifted.0` moved by `shifted.1`.
+    /// The runs with effective forces, with entry `shifted.0` moved by `shifted.1`.
     fn effective_thrust<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
         let (efficiency, nominal) = (self.losses(shifted), self.nominal(runs, shifted));
         if efficiency == Efficiency::default() {
@@ -284,7 +294,7 @@ impl Held {
         self.entries.iter().any(here)
     }
 
-    /// `model` with the held values for one direction, entry `shifted.0` moved by `shifted.1`.
+    /// `model` with the held values for one direction, with entry `shifted.0` moved by `shifted.1`.
     fn write_to(&self, model: &Model, direction: Direction, shifted: Option<(usize, f64)>) -> Model {
         let mut model = model.clone();
         for (k, entry) in self.entries.iter().enumerate() {
@@ -298,7 +308,7 @@ impl Held {
         model
     }
 
-    /// Rows of `dof` with only `free` free.
+    /// Rows of `dof` in which only the parameters `free` are free.
     fn rows(
         &self,
         (dof, runs): (Dof, &[&Run]),
@@ -328,8 +338,8 @@ impl Held {
         Ok(columns)
     }
 
-    /// Whether what this entry stands for can move the balance of `dof`: a drag of another degree of freedom does not
-    /// stand in it; a mass may, by its Coriolis term.
+    /// Whether the quantity of this entry can change the balance of `dof`: a drag of another degree
+    /// of freedom is not in it, but a mass may be, by its Coriolis term.
     fn counts(&self, k: usize, model: &Model, dof: Dof, free: &[usize]) -> bool {
         match self.entries[k].known {
             Known::Parameter(p, _) => {
@@ -342,8 +352,8 @@ impl Held {
         }
     }
 
-    /// Fits `free` in the balance of `dof` to runs with nominal forces, everything else held; `finish` may scale the
-    /// rows. The covariance has what the held values leave uncertain.
+    /// Fits `free` in the balance of `dof` to runs with nominal forces, everything else held;
+    /// `finish` may scale the rows. The covariance includes the uncertainty of the held values.
     pub fn fit(
         &self,
         (dof, runs): (Dof, &[&Run]),
@@ -422,8 +432,9 @@ mod tests {
         let run = ramp();
         let found = held.fit((Dof::Surge, &[&run]), &model, &[m], how, &|_| {}).unwrap();
         assert!((found.fit.values[0] - 100.0).abs() < 1e-6, "no noise: {:?}", found.fit.values);
-        // m = Σ R²/Σ Δu R with R = (10 + 2 t − 0.1 k t) Δt = 10 Δt at k = 20 and Δu = 0.1 Δt, so that dm/dk is the mean
-        // of −0.1 t/0.1 over 10 s, −5, up to the bend of one deviation of 2 kg/s
+        // m = Σ R²/Σ Δu R with R = (10 + 2 t − 0.1 k t) Δt = 10 Δt at k = 20 and Δu = 0.1 Δt, so
+        // that dm/dk is the mean of −0.1 t/0.1 over 10 s, −5, except for the curvature over one
+        // deviation of 2 kg/s
         assert!((found.jacobian[0][0] / -5.0 - 1.0).abs() < 0.01, "{:?}", found.jacobian);
         let added = held.add(&found, &[m], None);
         assert_eq!(added.len(), 1);

@@ -1,4 +1,4 @@
-//! The stages one after the other, each with what earlier ones have left.
+//! The stages in sequence; each uses the results of the earlier ones.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ use crate::run::{Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::interaction::Interaction;
 
-/// The procedure under way.
+/// State of the procedure while it runs.
 pub(super) struct Stages<'a> {
     /// Training runs with nominal forces.
     pub runs: &'a [Run],
@@ -46,7 +46,7 @@ impl<'a> Stages<'a> {
             let runs = self.of_kind(RunKind::Bollard, dof);
             let of = |runs: &[&Run]| bollard::stages(dof, runs, self.bench.thrusters, &self.options.bollard);
             let mut found = of(&runs)?;
-            // a curve that gives too much has η_inter give that much less
+            // if a curve gives too much thrust, η_inter is too small by the same factor
             let moved = self.held.moved_by_thrust(&runs, |runs, _| {
                 of(runs).map(|found| found.iter().map(|(_, eta)| eta.value).collect::<Vec<f64>>())
             })?;
@@ -76,7 +76,7 @@ impl<'a> Stages<'a> {
         Ok(())
     }
 
-    /// Stage (ii), towed: the load cells' drag, from runs without thrust.
+    /// Stage (ii), towing: drag from the load cells, from runs without thrust.
     pub fn towed(&mut self) -> Result<Vec<Option<Drag>>, ProcedureError> {
         let mut found = Vec::new();
         for dof in self.result.model.dofs.clone() {
@@ -88,7 +88,7 @@ impl<'a> Stages<'a> {
         Ok(found)
     }
 
-    /// A drag stage of these runs, where it is asked for and there are any.
+    /// Runs a drag stage on these runs; `None` if it is skipped, there are no runs, or it fails.
     fn drag_stage(&mut self, name: &str, dof: Dof, runs: &[&Run], held: &Held) -> Result<Option<Drag>, ProcedureError> {
         if self.options.steady.skip || runs.is_empty() {
             return Ok(None);
@@ -106,8 +106,9 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// η_adv from powered towing, where it is not known. A towed drag that no propelled one will replace is held from here
-    /// on, so that what rests on both is correlated as it should be; what is left of `towed` is returned.
+    /// η_adv from powered towing, if it is not known. If no propelled run will replace a towed
+    /// drag, that drag is held from here on, so that later results that depend on both are
+    /// correlated correctly. Returns those of `towed` that are not yet held.
     pub fn advance(&mut self, mut towed: Vec<Option<Drag>>) -> Vec<Option<Drag>> {
         if self.held.efficiency.eta_adv.is_some() || self.options.bollard.skip {
             return towed;
@@ -132,8 +133,9 @@ impl<'a> Stages<'a> {
         towed
     }
 
-    /// η_adv from the powered towing runs of one degree of freedom, with what the towed drag leaves uncertain: through its
-    /// entries where it is held, else as the line's own. The error says what the data lacks.
+    /// η_adv from the powered towing runs of one degree of freedom, with the uncertainty of the
+    /// towed drag: through its entries if it is `held`, otherwise as part of the line's own
+    /// covariance. The error says what the data lacks.
     fn advance_line(&mut self, dof: Dof, runs: &[&Run], drag: Option<&Drag>, held: bool) -> Result<(), String> {
         let (model, thrusters) = (&self.result.model, self.bench.thrusters);
         let mut line = advance::stage(dof, runs, model, &self.held.efficiency, thrusters)?;
@@ -164,12 +166,12 @@ impl<'a> Stages<'a> {
         Ok(())
     }
 
-    /// Says where the losses of thrust are not known.
+    /// Adds findings where the losses of thrust are not known.
     pub fn coverage(&mut self) {
         let dofs = &self.result.model.dofs;
         let mut unknown: BTreeSet<(Dof, Vec<String>)> = BTreeSet::new();
         for run in self.runs.iter().filter(|run| !matches!(run.kind, RunKind::Bollard | RunKind::Towing)) {
-            // of what holds the other degrees of freedom nothing is estimated
+            // nothing is estimated from the commands that hold the other degrees of freedom
             let shown = prepare::shown(run, dofs).map(Dof::force);
             let warnings = acting_forces(run, &self.held.efficiency, self.bench.thrusters).1;
             let counts = |w: &Finding| w.column.is_none() || w.column.as_deref() == shown;
@@ -190,7 +192,7 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// Stage (ii), propelled; the propelled drag is the one that is kept when the towed one is there too, as in the
+    /// Stage (ii), propelled. If there is also a towed drag, the propelled one is kept, as in the
     /// paper.
     pub fn drag(&mut self, dof: Dof, towed: Option<Drag>) -> Result<(), ProcedureError> {
         let runs = self.of_kind(RunKind::ConstantVelocity, dof);
@@ -231,7 +233,8 @@ impl<'a> Stages<'a> {
             Ok((stages, found)) => {
                 self.result.stages.extend(stages);
                 let every = found.fit.parameters.iter().map(|c| c.parameter);
-                // (29) names I_r and b as results of the zig-zag; in surge and sway an oscillation shows them better
+                // (29) gives I_r and b as results of the zig-zag; in surge and sway an oscillation
+                // determines them better
                 let kept: Vec<usize> =
                     every.filter(|p| kind == Kind::Oscillatory || dof == Dof::Yaw || !self.held.has(*p)).collect();
                 found.fit.write_some(&kept, &mut self.result.model);
@@ -242,7 +245,7 @@ impl<'a> Stages<'a> {
         Ok(())
     }
 
-    /// The cautionary twin beside the stages, for those who ask.
+    /// The direct regression beside the stages, if it is asked for.
     pub fn direct(&mut self) {
         if self.options.direct.skip {
             return;

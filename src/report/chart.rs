@@ -1,10 +1,11 @@
-//! What a figure shows, as plain data: curves over a shared axis, bars, matrices, estimates with their intervals.
+//! Content of a figure as plain data: curves over a shared axis, bars, matrices, estimates with
+//! their intervals.
 //!
 //! Values that are not finite are gaps.
 
 use super::label::Label;
 
-/// A chart with the words around it.
+/// A chart with title and caption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// What it shows, one line.
@@ -28,7 +29,7 @@ pub enum Chart {
     Forest(Forest),
 }
 
-/// What an axis carries.
+/// Quantity and unit of an axis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     /// The quantity.
@@ -44,15 +45,15 @@ impl Axis {
     }
 }
 
-/// Lines and points in one panel or several, one above the other, over the same abscissa: time histories with their
-/// residual strip, drag curves with their interval.
+/// Lines and points in one or more panels, one above the other, over the same abscissa: time
+/// histories with their residuals below, drag curves with their interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     /// The shared abscissa.
     pub x: Axis,
-    /// From top to bottom; the first is tall, the others are strips.
+    /// From top to bottom; the first is tall, the others are low strips.
     pub panels: Vec<Panel>,
-    /// Stretches of the abscissa set off by shading, in all panels.
+    /// Stretches of the abscissa that are shaded in all panels.
     pub spans: Vec<Span>,
 }
 
@@ -61,7 +62,7 @@ pub struct Curves {
 pub struct Panel {
     /// The ordinate.
     pub y: Axis,
-    /// What is drawn, from back to front. Series at the same place in the list look alike in all panels.
+    /// Series from back to front. Series at the same place in the list look alike in all panels.
     pub series: Vec<Series>,
     /// Half width of a shaded band about zero, in the unit of `y`: the noise floor of a residual.
     pub floor: Option<f64>,
@@ -126,11 +127,12 @@ pub struct Span {
     pub from: f64,
     /// End, in the unit of the abscissa.
     pub to: f64,
-    /// What is there, in a few words; may be empty.
+    /// Description in a few words; may be empty.
     pub label: String,
 }
 
-/// Horizontal bars, one a row. In a waterfall a bar that is not a total starts where the one above ended.
+/// Horizontal bars, one per row. In a waterfall a bar that is not a total starts where the one
+/// above ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bars {
     /// What the bars measure.
@@ -139,7 +141,7 @@ pub struct Bars {
     pub bars: Vec<Bar>,
     /// Whether changes start where the bar above ended.
     pub waterfall: bool,
-    /// A line to compare with, with its name: the noise floor.
+    /// A line for comparison, with its name: the noise floor.
     pub reference: Option<(String, f64)>,
 }
 
@@ -152,11 +154,11 @@ pub struct Bar {
     pub value: f64,
     /// Standard deviation of the value, drawn as a whisker.
     pub std: Option<f64>,
-    /// Whether it stands on zero in a waterfall.
+    /// Whether it starts at zero in a waterfall.
     pub total: bool,
 }
 
-/// Over what range the colours of a heat map run.
+/// Range of the colours of a heat map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Colours {
     /// From −limit over neutral zero to +limit, in two hues: correlations.
@@ -184,7 +186,7 @@ pub struct HeatMap {
     pub columns: Vec<Label>,
     /// Names of the rows.
     pub rows: Vec<Label>,
-    /// Values row by row; not a number is an empty cell.
+    /// Values row by row; NaN is an empty cell.
     pub values: Vec<Vec<f64>>,
     /// What the values are, with their unit.
     pub value: Axis,
@@ -194,15 +196,15 @@ pub struct HeatMap {
     pub colours: Colours,
 }
 
-/// Estimates with intervals: one row a parameter, one mark a source. All share one axis, so parameters of different
-/// units are to be given relative to a reference.
+/// Estimates with intervals: one row per parameter, one mark per source. All share one axis, so
+/// parameters of different units have to be given relative to a reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forest {
     /// The shared axis.
     pub axis: Axis,
     /// From top to bottom.
     pub rows: Vec<ForestRow>,
-    /// A value to compare with: 1 for ratios, 0 for differences.
+    /// A value for comparison: 1 for ratios, 0 for differences.
     pub reference: Option<f64>,
 }
 
@@ -218,7 +220,7 @@ pub struct ForestRow {
 /// An estimate with its interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interval {
-    /// Where it comes from; the same name has the same mark in all rows.
+    /// Its source; the same name has the same mark in all rows.
     pub source: String,
     /// The estimate.
     pub value: f64,
@@ -226,6 +228,6 @@ pub struct Interval {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// The same in words, with unit; may be empty.
+    /// The estimate as text, with unit; may be empty.
     pub text: String,
 }

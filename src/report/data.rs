@@ -1,8 +1,8 @@
-//! The numbers behind the curves, packed for the page's script (zoom and read-out).
+//! The numbers of the curves, packed for the page's script (zoom and read-out).
 //!
-//! A list of numbers is an origin o, a step s and the differences d of whole steps: xₖ = o + s Σ_{i≤k} dᵢ. The step
-//! is 1/20 000 of the range, a thirtieth of a pixel on the widest figure; most differences then take two to four
-//! characters. A gap is `null`.
+//! A list of numbers is stored as an origin o, a step s and the differences d in whole steps:
+//! xₖ = o + s Σ_{i≤k} dᵢ. The step is 1/20 000 of the range, a thirtieth of a pixel on the widest
+//! figure; most differences then need two to four characters. A gap is `null`.
 
 use serde_json::{Value, json};
 
@@ -10,10 +10,10 @@ use super::chart::{Curves, Mark, Series};
 use super::label::{Label, unit};
 use super::svg::{decimate, thin};
 
-/// Steps over the range of a list.
+/// Number of steps over the range of a list.
 const STEPS: f64 = 20_000.0;
 
-/// The chart as JSON that may stand in a `<script>`: it holds no `<`.
+/// The chart as JSON that may be placed in a `<script>`: it contains no `<`.
 pub(super) fn packed(chart: &Curves, points: usize) -> String {
     let panels: Vec<Value> = chart
         .panels
@@ -71,7 +71,7 @@ fn numbers(values: Vec<f64>) -> Value {
     json!({"o": origin, "s": step, "d": differences})
 }
 
-/// A symbol without its marks: the read-out is plain text.
+/// A symbol without its markup: the read-out is plain text.
 fn plain(label: &Label) -> String {
     match label {
         Label::Plain(text) => text.clone(),

@@ -1,7 +1,8 @@
-//! What a report says, as plain data; it knows nothing of identification and nothing of HTML.
+//! Content of a report as plain data, independent of identification and of HTML.
 //!
-//! A document is a verdict, the checks it rests on, what stands on the first screen, and sections of paragraphs and blocks
-//! (tables, figures, equations, definitions). Other rooms fill it; [`super::html`] makes one file of it.
+//! A document consists of a verdict, the checks that support it, the blocks of the first screen,
+//! and sections of paragraphs and blocks (tables, figures, equations, definitions). Other modules
+//! fill it; [`super::html`] renders it as one file.
 
 use super::chart::Figure;
 use super::label::Label;
@@ -9,23 +10,23 @@ use super::label::Label;
 /// A whole report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document {
-    /// What the report is about.
+    /// Subject of the report.
     pub title: String,
     /// One line below the title: vehicle, campaign, date.
     pub subtitle: String,
     /// The answer, in one sentence.
     pub verdict: String,
-    /// What the verdict rests on.
+    /// The checks that support the verdict.
     pub checks: Vec<Check>,
-    /// What the answer is seen in: the first screen, before the contents.
+    /// Blocks of the first screen, before the contents, which show the answer.
     pub first_screen: Vec<Block>,
     /// The body.
     pub sections: Vec<Section>,
-    /// How this report came to be.
+    /// How this report was made.
     pub origin: Origin,
 }
 
-/// How a check came out.
+/// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Light {
     /// In order.
@@ -36,10 +37,10 @@ pub enum Light {
     Red,
 }
 
-/// One thing that was checked.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
-    /// How it came out.
+    /// Its result.
     pub light: Light,
     /// Short stable name, the same as in the JSON output.
     pub code: String,
@@ -47,7 +48,7 @@ pub struct Check {
     pub text: String,
 }
 
-/// A heading and what stands under it: first the paragraphs, then the blocks.
+/// A heading and its content: first the paragraphs, then the blocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Section {
     /// Heading.
@@ -56,11 +57,11 @@ pub struct Section {
     pub paragraphs: Vec<String>,
     /// Tables, figures, equations, definitions, in order.
     pub blocks: Vec<Block>,
-    /// Whether the blocks are shown on demand alone.
+    /// Whether the blocks are shown only on demand.
     pub folded: bool,
 }
 
-/// What can stand in a section.
+/// A block of a section.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a document has dozens of blocks; a box would burden every caller")]
 pub enum Block {
@@ -70,29 +71,29 @@ pub enum Block {
     Figure(Figure),
     /// Small figures side by side.
     Multiples(Multiples),
-    /// Equations, each with a word on it.
+    /// Equations, each with a note.
     Equations(Vec<Equation>),
-    /// Terms and what they mean.
+    /// Terms and their meaning.
     Definitions(Vec<Definition>),
 }
 
-/// Small figures side by side, to be compared at a glance.
+/// Small figures side by side, for comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multiples {
     /// What they show.
     pub title: String,
     /// What the reader should see in them; may be empty.
     pub caption: String,
-    /// The figures; of each the title stands above it, the caption is not shown.
+    /// The figures; each title is shown above its figure, the captions are not shown.
     pub figures: Vec<Figure>,
 }
 
-/// One equation, in Unicode; `_` lowers and `^` raises (see [`Label::Symbol`]).
+/// One equation, in Unicode; `_` makes a subscript and `^` a superscript (see [`Label::Symbol`]).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Equation {
     /// `m_u·u̇ = τ_u − k_u|u|·|u|·u`.
     pub formula: String,
-    /// What it says, or where it comes from; may be empty.
+    /// Its meaning or source; may be empty.
     pub note: String,
 }
 
@@ -105,23 +106,23 @@ pub struct Definition {
     pub meaning: String,
 }
 
-/// A table of equally long rows.
+/// A table with rows of equal length.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What the table shows.
     pub title: String,
-    /// Heads of the columns.
+    /// Headers of the columns.
     pub columns: Vec<Column>,
-    /// Cells, row by row; a row that is too short ends in empty cells.
+    /// Cells, row by row; a row that is too short is filled with empty cells.
     pub rows: Vec<Vec<Cell>>,
-    /// A word below the table; may be empty.
+    /// A note below the table; may be empty.
     pub note: String,
 }
 
-/// Head of a column.
+/// Header of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Name of what stands in it.
+    /// Name of its content.
     pub name: Label,
     /// Unit of the whole column; empty for none.
     pub unit: String,
@@ -141,7 +142,7 @@ pub enum Cell {
     Empty,
     /// Words or a symbol.
     Text(Label),
-    /// A number to so many significant digits.
+    /// A number with a given number of significant digits.
     Number {
         /// The number, in the column's unit.
         value: f64,
@@ -158,7 +159,7 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// Whether nothing stands in it.
+    /// Whether the cell has no content.
     pub fn is_empty(&self) -> bool {
         match self {
             Cell::Empty => true,
@@ -174,7 +175,7 @@ impl From<&str> for Cell {
     }
 }
 
-/// How a report came to be: enough to make it again.
+/// How a report was made, in enough detail to repeat it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Origin {
     /// Name and version of the program.
@@ -183,7 +184,7 @@ pub struct Origin {
     pub command: String,
     /// The files that were read.
     pub inputs: Vec<Input>,
-    /// Seed of everything random; `None` when nothing was.
+    /// Seed of the random numbers; `None` if there were none.
     pub seed: Option<u64>,
 }
 

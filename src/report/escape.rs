@@ -1,6 +1,6 @@
-//! Text that comes from outside (names of runs, of files, of vehicles) made harmless for HTML and SVG.
+//! Escaping of text from outside (names of runs, of files, of vehicles) for HTML and SVG.
 
-/// `text` with `& < > " '` escaped; control characters, which XML refuses, become spaces.
+/// `text` with `& < > " '` escaped; control characters, which XML forbids, become spaces.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -19,7 +19,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Escaped text in which what stands between two backticks is `<code>`; a single backtick stays.
+/// Escaped text in which the part between two backticks is `<code>`; a single backtick stays.
 pub fn marked(text: &str) -> String {
     let escaped = escape(text);
     let mut out = String::new();

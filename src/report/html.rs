@@ -1,8 +1,8 @@
 //! A [`Document`] as one HTML file: no network, readable without its script, on a desk, a phone and paper.
 //!
-//! The page is `templates/report.html` (askama: checked when compiled, escapes all text); style and script stand
-//! beside it. Each figure is drawn twice, wide and narrow, because text in an SVG shrinks with it; the style sheet
-//! shows the one that fits.
+//! The page is `templates/report.html` (askama: checked at compile time, escapes all text); style
+//! and script are beside it. Each figure is drawn twice, wide and narrow, because text in an SVG
+//! shrinks with it; the style sheet shows the one that fits.
 
 use askama::Template;
 
@@ -17,15 +17,16 @@ use crate::wording::count;
 
 pub use super::palette::{page_style, standalone_style as figure_style};
 
-/// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 25 bytes
-/// (drawn wide, drawn narrow, packed for the script), and 27 runs on 27 in three degrees of freedom half a megabyte of cells.
+/// Points of all curves together, chosen so that a report with many figures stays below 2 MB: a
+/// point takes about 25 bytes (drawn wide, drawn narrow, packed for the script), and the cells of
+/// 27 runs on 27 in three degrees of freedom take half a megabyte.
 const POINTS: usize = 40_000;
 
-/// Width of a small figure beside others, px, and most points of each of its series: 81 figures of two series are half a
-/// megabyte.
+/// Width of a small figure beside others, px, and maximum number of points of each of its series:
+/// 81 figures of two series take half a megabyte.
 const SMALL: (f64, usize) = (240.0, 60);
 
-/// Rows beyond which a table is folded.
+/// Number of rows beyond which a table is folded.
 const LONG: usize = 15;
 
 #[derive(Template)]
@@ -42,7 +43,7 @@ struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// Escaped text with what stands between backticks as code.
+    /// Escaped text, with the parts between backticks as code.
     fn text(&self, text: &str) -> String {
         marked(text)
     }
@@ -59,7 +60,7 @@ struct SectionView<'a> {
     heading: &'a str,
     paragraphs: &'a [String],
     blocks: Vec<BlockView<'a>>,
-    /// What is said instead of the blocks until they are asked for; empty where they stand open.
+    /// Shown instead of the blocks until they are requested; empty if they are open.
     summary: String,
 }
 
@@ -78,14 +79,14 @@ struct TableView<'a> {
     rows: Vec<Vec<CellView>>,
     csv: String,
     latex: String,
-    /// Whether it is too long to stand open.
+    /// Whether it is too long to be shown open.
     folded: bool,
 }
 
 struct MultiplesView<'a> {
     multiples: &'a Multiples,
     number: usize,
-    /// Title and drawing of each.
+    /// Title and drawing of each figure.
     drawings: Vec<(&'a str, String)>,
 }
 
@@ -103,7 +104,7 @@ struct CellView {
 struct FigureView<'a> {
     figure: &'a Figure,
     id: String,
-    /// Its number as it is shown; empty for none.
+    /// Its displayed number; empty for none.
     number: String,
     wide: String,
     narrow: String,
@@ -152,7 +153,8 @@ fn contents(blocks: &[Block]) -> String {
     told.collect::<Vec<_>>().join(" and ")
 }
 
-/// How many points each series may keep; one with an interval carries three numbers a point.
+/// Maximum number of points of each series; a series with an interval counts as three, because a
+/// point has three numbers.
 fn points_a_series(document: &Document) -> usize {
     let blocks = document.first_screen.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
     let series: usize = blocks
@@ -201,7 +203,7 @@ fn multiples_view(multiples: &Multiples, number: usize) -> MultiplesView<'_> {
 
 fn table_view(table: &Table, number: usize) -> TableView<'_> {
     let class = |k: usize| if table.is_numeric(k) { "num" } else { "" };
-    // a column in which nothing stands takes room from the others
+    // an empty column would take room from the others
     let columns = table.filled();
     let heads = columns.iter().map(|k| Head {
         class: class(*k),
@@ -237,7 +239,7 @@ fn cell_html(cell: &Cell) -> String {
     }
 }
 
-/// A figure without a number; `name` is one that no other figure of the page has.
+/// A figure without a number; `name` must be unique on the page.
 fn figure_view<'a>(figure: &'a Figure, name: &str, points: usize) -> FigureView<'a> {
     let draw = |kind: &str, width: f64| inline(figure, &Sheet { width, id: format!("{kind}{name}"), points });
     let data = match &figure.chart {
@@ -262,17 +264,19 @@ impl Single<'_> {
     }
 }
 
-/// Most points of a series of a figure on its own.
+/// Maximum number of points per series of a figure on its own.
 const SINGLE_POINTS: usize = 3000;
 
-/// A figure as it stands in a report, for another page that carries [`page_style`], [`SCRIPT`] and, as `#figure-style`,
-/// [`figure_style`]. `name` is one that no other figure of that page has: letters, digits and hyphens.
+/// A figure as in a report, for another page that contains [`page_style`], [`SCRIPT`] and, as
+/// `#figure-style`, [`figure_style`]. `name` must be unique on that page: letters, digits and
+/// hyphens.
 pub fn figure(figure: &Figure, name: &str) -> String {
     let page = Single { view: figure_view(figure, name, SINGLE_POINTS) };
     page.render().expect("writing to a string cannot fail")
 }
 
-/// The script of the figures: it defines `charts.adorn(element)`, which gives those below an element zoom and read-out.
+/// The script of the figures. It defines `charts.adorn(element)`, which adds zoom and read-out to
+/// the figures below an element.
 pub const SCRIPT: &str = include_str!("../../templates/chart.js");
 
 #[cfg(test)]
@@ -318,7 +322,7 @@ mod tests {
             Document { subtitle: NASTY.into(), verdict: NASTY.into(), checks: vec![check], origin, ..with(blocks) };
         let page = render(&document);
         assert!(!page.contains("<script>alert") && !page.contains("<img"));
-        // Opened by this page: the numbers of one figure, the style of figures, the script.
+        // Scripts of the page itself: the numbers of one figure, the style of figures, the script.
         assert_eq!(page.matches("<script").count(), 3);
         assert_eq!(page.matches("</script>").count(), 3);
     }
@@ -341,7 +345,8 @@ mod tests {
         }
     }
 
-    /// 27 runs in three degrees of freedom side by side, and four of them large: what a report of a campaign holds.
+    /// Small figures of 27 runs in three degrees of freedom and 24 large figures, as in the report
+    /// of a campaign.
     #[test]
     fn a_report_of_27_runs_stays_below_two_megabytes() {
         let time: Vec<f64> = (0..6000).map(|k| 0.02 * f64::from(k)).collect();

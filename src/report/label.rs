@@ -1,7 +1,9 @@
-//! Text that may hold mathematical symbols: `k_u|u|` with a true subscript in HTML, SVG and LaTeX.
+//! Text that may contain mathematical symbols: `k_u|u|` with a true subscript in HTML, SVG and
+//! LaTeX.
 //!
-//! In a symbol `_` lowers and `^` raises what follows: a group in braces, or the letters, digits and bars that
-//! follow directly. Plain text is left as it is, so that `surge_p28.csv` stays a file name.
+//! In a symbol `_` makes a subscript and `^` a superscript of what follows: a group in braces, or
+//! the letters, digits and bars that follow directly. Plain text is left unchanged, so that
+//! `surge_p28.csv` stays a file name.
 
 use super::escape::escape;
 
@@ -10,7 +12,7 @@ use super::escape::escape;
 pub enum Label {
     /// Shown as it is.
     Plain(String),
-    /// `_` lowers, `^` raises.
+    /// `_` makes a subscript, `^` a superscript.
     Symbol(String),
 }
 
@@ -101,7 +103,7 @@ impl Label {
         }
     }
 
-    /// Number of characters that take room.
+    /// Number of characters that take up width.
     pub(super) fn length(&self) -> usize {
         self.pieces().iter().map(|(_, text)| text.chars().count()).sum()
     }
@@ -143,7 +145,7 @@ impl Label {
     }
 }
 
-/// A unit as it is printed: `N*m` is N·m, `m^2` and `m2` are m².
+/// A unit in print form: `N*m` becomes N·m, `m^2` and `m2` become m².
 pub fn unit(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text.chars().peekable();

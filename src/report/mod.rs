@@ -1,8 +1,9 @@
-//! Reports: a document as data, and one HTML file of it.
+//! Reports: a document as data, and its rendering as one HTML file.
 //!
-//! [`Document`] holds what is said; [`render`] makes one self-contained file (no network, below 2 MB, light, dark,
-//! phone, paper); [`svg::standalone`] makes a file of one figure; [`terminal::plot`] shows curves in a terminal.
-//! Nothing here knows what is identified: other rooms fill the document.
+//! [`Document`] contains the content; [`render`] makes one self-contained file (no network, below
+//! 2 MB, light, dark, phone, paper); [`svg::standalone`] makes a file of one figure;
+//! [`terminal::plot`] shows curves in a terminal. This module does not depend on identification:
+//! other modules fill the document.
 //!
 //! ```
 //! use hydrosysid::report::{Axis, Block, Chart, Curves, Document, Figure, Panel, Section, Series, render};
@@ -13,7 +14,12 @@
 //! let panel = Panel { y: Axis::new("Surge velocity", "m/s"), series, floor: None };
 //! let chart = Chart::Curves(Curves { x: Axis::new("Time", "s"), panels: vec![panel], spans: vec![] });
 //! let figure = Figure { title: "A step of thrust".into(), caption: String::new(), chart };
-//! let section = Section { heading: "Runs".into(), paragraphs: vec![], blocks: vec![Block::Figure(figure)], folded: false };
+//! let section = Section {
+//!     heading: "Runs".into(),
+//!     paragraphs: vec![],
+//!     blocks: vec![Block::Figure(figure)],
+//!     folded: false,
+//! };
 //! let page = render(&Document { title: "Surge".into(), sections: vec![section], ..Document::default() });
 //! assert!(page.starts_with("<!doctype html>"));
 //! ```

@@ -1,10 +1,11 @@
-//! Numbers as people read them: a value and its standard deviation to the same decimal place.
+//! Format of numbers for people: a value and its standard deviation to the same decimal place.
 //!
-//! The standard deviation σ is given to two significant digits, the value to the place of the second one, as the
-//! *Guide to the Expression of Uncertainty in Measurement* (JCGM 100:2008, 7.2.6) advises: 309.07 ± 18.8 is
-//! written 309 ± 19. Where both are very large or very small they share one power of ten: (1.24 ± 0.31) × 10⁻⁵.
+//! The standard deviation σ has two significant digits, and the value is rounded to the place of
+//! the second one, as the *Guide to the Expression of Uncertainty in Measurement* (JCGM 100:2008,
+//! 7.2.6) advises: 309.07 ± 18.8 is written 309 ± 19. If both are very large or very small, they
+//! share one power of ten: (1.24 ± 0.31) × 10⁻⁵.
 
-/// What the digits are written for.
+/// Output format of the digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// Unicode: true minus, thin spaces between thousands, superscript exponents.
@@ -13,13 +14,14 @@ pub enum Style {
     Latex,
 }
 
-/// Largest ratio |value|/σ for which both are written to the same place; above it the value would need more digits
-/// than anyone reads.
+/// Largest ratio |value|/σ for which both are written to the same place; beyond it the value would
+/// need too many digits.
 const SAME_PLACE: f64 = 1e9;
 
-/// `x` to `significant` digits (1 to 15). Magnitudes from 10⁻³ to 10⁶ are written out, others with a power of ten.
+/// `x` to `significant` digits (1 to 15). Magnitudes from 10⁻³ to 10⁶ are written out, others with
+/// a power of ten.
 ///
-/// Not a number is `–`, infinities are `∞`, and zero of either sign is `0`.
+/// NaN is `–`, infinities are `∞`, and zero of either sign is `0`.
 pub fn number(x: f64, significant: u32, style: Style) -> String {
     if let Some(word) = without_digits(x, style) {
         return word;
@@ -32,7 +34,7 @@ pub fn number(x: f64, significant: u32, style: Style) -> String {
     with_power(&digits(scaled(x, exponent), 1 - significant, style), exponent, style)
 }
 
-/// `value ± std`; the value alone, to four digits, when `std` is absent or zero (a held parameter).
+/// `value ± std`; only the value, to four digits, if `std` is absent or zero (a held parameter).
 pub fn estimate(value: f64, std: Option<f64>, style: Style) -> String {
     let Some(std) = std.map(f64::abs).filter(|s| *s > 0.0 || s.is_nan()) else {
         return number(value, 4, style);
@@ -79,7 +81,8 @@ fn without_digits(x: f64, style: Style) -> Option<String> {
     }
 }
 
-/// Power of ten of the first digit of `x` once rounded to `significant` digits: 0.996 to two digits is 1.0, decade 0.
+/// Power of ten of the first digit of `x` after rounding to `significant` digits: 0.996 to two
+/// digits is 1.0, decade 0.
 fn decade(x: f64, significant: i32) -> i32 {
     let text = format!("{:.*e}", (significant - 1).max(0) as usize, x.abs());
     text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
@@ -91,7 +94,7 @@ fn scaled(x: f64, exponent: i32) -> f64 {
     x / 10f64.powi(half) / 10f64.powi(exponent - half)
 }
 
-/// `x` rounded at 10^place, thousands set apart.
+/// `x` rounded at 10^place, with thousands separated.
 fn digits(x: f64, place: i32, style: Style) -> String {
     let text = if place > 0 {
         let unit = 10f64.powi(place);
@@ -110,7 +113,7 @@ fn digits(x: f64, place: i32, style: Style) -> String {
     out
 }
 
-/// Groups of three from five digits on, as ISO 80000-1 has it; four digits stand together.
+/// Digits in groups of three from five digits on, as in ISO 80000-1; four digits are not separated.
 fn thousands(whole: &str, style: Style) -> String {
     if whole.len() < 5 {
         return whole.to_string();

@@ -1,8 +1,8 @@
-//! The colours, once: for light and for dark, for the page and for a figure on its own.
+//! Colours of all figures, for light and for dark mode, for the page and for a figure on its own.
 //!
-//! The six tones t1 to t6 differ in lightness as well as in hue and stay apart for the common kinds of colour
-//! blindness (after M. Okabe and K. Ito, *Color Universal Design*, 2008, darkened for contrast on white); lines and
-//! marks also differ in dash and shape, and checks carry a sign.
+//! The six tones t1 to t6 differ in lightness as well as in hue and are distinct for the common
+//! kinds of colour blindness (after M. Okabe and K. Ito, *Color Universal Design*, 2008, darkened
+//! for contrast on white); lines and marks also differ in dash and shape, and checks have a sign.
 
 /// (name, light, dark)
 const COLOURS: &[(&str, &str, &str)] = &[
@@ -30,7 +30,8 @@ const COLOURS: &[(&str, &str, &str)] = &[
 
 const CHART: &str = include_str!("../../templates/chart.css");
 
-/// Style sheet of all figures on a page: variables for light and dark (paper is always light), then the classes.
+/// Style sheet of all figures on a page: variables for light and dark (paper is always light), then
+/// the classes.
 pub fn page_style() -> String {
     let list = |pick: fn(&(&str, &str, &str)) -> String| COLOURS.iter().map(pick).collect::<String>();
     let light = list(|(name, light, _)| format!("--{name}:{light};"));
@@ -40,7 +41,7 @@ pub fn page_style() -> String {
     )
 }
 
-/// The classes with the light colours written out, for a figure on its own.
+/// The classes with the light colours as values, for a figure on its own.
 pub fn standalone_style() -> String {
     COLOURS.iter().fold(CHART.to_string(), |css, (name, light, _)| css.replace(&format!("var(--{name})"), light))
 }

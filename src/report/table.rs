@@ -1,7 +1,8 @@
 //! A table as CSV for a spreadsheet and as LaTeX for a paper.
 //!
-//! CSV carries all digits, an estimate in two columns (value, standard deviation); words that a spreadsheet would
-//! take for a formula (`=`, `+`, `-`, `@` in front) get an apostrophe. LaTeX carries what the report shows.
+//! CSV contains all digits, and an estimate in two columns (value, standard deviation); text that a
+//! spreadsheet would take for a formula (`=`, `+`, `-`, `@` at the start) gets an apostrophe. LaTeX
+//! contains what the report shows.
 
 use csv::Terminator;
 
@@ -64,13 +65,13 @@ impl Table {
         out
     }
 
-    /// Numbers of the columns in which some row has content; all of them in a table without rows.
+    /// Numbers of the columns in which some row has content; all columns if the table has no rows.
     pub(super) fn filled(&self) -> Vec<usize> {
         let holds = |k: &usize| self.rows.iter().filter_map(|row| row.get(*k)).any(|cell| !cell.is_empty());
         (0..self.columns.len()).filter(|k| self.rows.is_empty() || holds(k)).collect()
     }
 
-    /// Whether column `k` holds a number: those stand on the right.
+    /// Whether column `k` contains a number: such columns are aligned to the right.
     pub fn is_numeric(&self, k: usize) -> bool {
         self.rows.iter().filter_map(|row| row.get(k)).any(|c| matches!(c, Cell::Number { .. } | Cell::Estimate { .. }))
     }

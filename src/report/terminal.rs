@@ -1,8 +1,8 @@
-//! Curves in a terminal: a plot in braille dots that fits its width and needs no colour.
+//! Curves in a terminal: a plot in braille dots that fits the terminal's width and needs no colour.
 //!
-//! Own code: textplots 0.8 draws all series with the same dots, in f32, and kuva's terminal backend comes with all of
-//! kuva. A character holds 2 × 4 dots, U+2800 plus one bit a dot. Lines are braille; points are `o`, so that measured
-//! and simulated stay apart without colour.
+//! Own code: textplots 0.8 draws all series with the same dots, in f32, and kuva's terminal backend
+//! requires all of kuva. A character has 2 × 4 dots, U+2800 plus one bit per dot. Lines are braille
+//! and points are `o`, so that measured and simulated values are distinct without colour.
 
 use super::chart::{Axis, Curves, Mark, Panel, Series};
 use super::label::unit;
@@ -12,8 +12,8 @@ use super::svg::{decimate, range};
 /// Bits of the dots of a braille character, [row][column].
 const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
-/// The first panel of the chart in at most `width` × `height` characters, axes and legend included; each line ends
-/// with a line feed. Sizes below 30 × 8 are taken as such.
+/// The first panel of the chart in at most `width` × `height` characters, with axes and legend;
+/// each line ends with a line feed. The least size is 30 × 8.
 pub fn plot(chart: &Curves, width: usize, height: usize) -> String {
     let Some(panel) = chart.panels.first() else { return String::new() };
     let (width, rows) = (width.max(30), height.max(8) - 4);
@@ -122,7 +122,7 @@ fn draw(screen: &mut Screen, series: &Series, [x0, x1]: [f64; 2], [y0, y1]: [f64
         }
         pen = at;
     }
-    // the ends of an interval as dots that do not touch
+    // the ends of an interval as separate dots
     for k in decimate(&series.y[..series.len()], screen.columns / 2) {
         let Some((low, high)) = series.interval.get(k) else { break };
         for (x, y) in [*low, *high].into_iter().filter_map(|end| place(k, end)) {

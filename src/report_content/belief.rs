@@ -1,5 +1,5 @@
-//! What speaks for each estimate: a table, the correlations as a heat map, and a forest of what runs, stages and the
-//! literature say each for themselves.
+//! The evidence for each estimate: a table, the correlations as a heat map, and a forest plot of
+//! the values from runs, stages and the literature.
 //!
 //! ```text
 //! ρ_jk = Σ_jk / √(Σ_jj Σ_kk)
@@ -10,11 +10,13 @@ use crate::report::{
     Axis, Block, Cell, Chart, Colours, Column, Figure, Forest, ForestRow, HeatMap, Interval, Label, Table, estimate,
 };
 
-/// Most parameters of a heat map: more would be too small to read.
+/// Maximum number of parameters of a heat map: more would be too small to read.
 const MOST: usize = 24;
-/// Most sources of a row of the forest beside the model and the literature: those that know the parameter best.
+/// Maximum number of sources per row of the forest besides the model and the literature: those with
+/// the smallest standard deviations.
 const SOURCES: usize = 10;
-/// An estimate no better than this share of the common one says nothing; it would stretch the axis for all others.
+/// Limit of the standard deviation of an estimate in the forest, as a fraction of the common
+/// estimate and of its own value: a worse one says nothing and would stretch the axis.
 const SHOWN: f64 = 0.5;
 
 /// Tables and figures of the section on the model.
@@ -60,7 +62,7 @@ fn table(results: &Results<'_>) -> Option<Table> {
     })
 }
 
-/// Which estimates go together.
+/// Correlations of the estimates.
 fn correlations(results: &Results<'_>) -> Option<Figure> {
     let covariance = &results.fit.covariance;
     let variance = |k: usize| covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(0.0);
@@ -89,7 +91,7 @@ fn correlations(results: &Results<'_>) -> Option<Figure> {
     })
 }
 
-/// Each parameter as runs, stages and published values have it, relative to the estimate.
+/// Each parameter from runs, stages and published values, relative to the estimate.
 fn forest(results: &Results<'_>) -> Option<Figure> {
     let mut shortened = false;
     let rows: Vec<ForestRow> = results
@@ -137,7 +139,7 @@ fn row(
         }
     };
     let shows = |std: f64| std.is_finite() && std < SHOWN * p.value.abs();
-    // what each run has its own value of is no estimate of one thing
+    // values that differ from run to run are no estimates of one quantity
     let common = p.std.filter(|std| !p.fixed && p.per_run.is_empty() && shows(*std))?;
     let stages = results.fit.stages.iter().filter(|s| s.runs.len() != 1).flat_map(|stage| {
         let named = |e: &&crate::procedure::Estimate| e.effect == p.effect && e.name == p.name;

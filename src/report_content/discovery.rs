@@ -1,5 +1,6 @@
-//! The part of the report on what is missing: verdict in words, the effects, where the missing force lies and what it
-//! goes with, the gap as it shrinks, what the data could have shown.
+//! The part of the report about missing effects: verdict in words, the effects, where the missing
+//! force occurs and with what it correlates, the gap after each step, and the smallest effect that
+//! the data could have shown.
 
 use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
 use crate::effects::{common_name, named};
@@ -10,9 +11,9 @@ use crate::report::{
 };
 use crate::wording::{capitalised, probability};
 
-/// Figures of the missing force a degree of freedom.
+/// Maximum number of figures of the missing force per degree of freedom.
 const FIGURES: usize = 2;
-/// Most places in the table.
+/// Maximum number of places in the table.
 const PLACES: usize = 12;
 
 /// The section of a report.
@@ -26,7 +27,7 @@ pub(super) fn section(found: &Discovery) -> Section {
     if !found.effects.is_empty() {
         blocks.push(Block::Table(effects(found)));
     }
-    // the widest gap stands on the first screen
+    // the widest gap is on the first screen
     let shown = widest(found);
     let measured = found.gap.iter().take(1).flat_map(|baseline| baseline.held_out_rms.keys());
     for measured in measured.filter(|measured| shown.as_ref() != Some(measured)) {
@@ -47,7 +48,7 @@ fn columns(names: &[&str]) -> Vec<Column> {
 }
 
 fn effects(found: &Discovery) -> Table {
-    // beside something that has no name a probability would read as a proof
+    // beside an unexplained remainder a probability would read as a proof
     let partly = !found.names_are_all();
     let row = |e: &FoundEffect, [symbol, value, unit]: [Cell; 3]| {
         let p = (!partly).then_some(Cell::from(probability(e.p_value).as_str()));
@@ -81,7 +82,7 @@ fn effects(found: &Discovery) -> Table {
     }
 }
 
-/// The missing force against what it goes with, window by window.
+/// The missing force against the quantities with which it correlates, one point per window.
 fn forces(residual: &Residual) -> Vec<Figure> {
     let figure = |d: &crate::discover::Dependence| {
         let (x, y) = d.points.iter().copied().unzip();
@@ -148,19 +149,19 @@ fn smallest(found: &Discovery) -> Table {
     }
 }
 
-/// The waterfall of what is measured whose gap was widest against the noise.
+/// The waterfall of the measured quantity with the widest gap relative to the noise.
 pub fn gap_figure(found: &Discovery) -> Option<Figure> {
     waterfall(found, &widest(found)?)
 }
 
-/// What is measured whose gap was widest against the noise.
+/// The measured quantity with the widest gap relative to the noise.
 pub(super) fn widest(found: &Discovery) -> Option<Measured> {
     let first = found.gap.first()?;
     let ratio = |(dof, rms): (&Measured, &f64)| Some((dof.clone(), rms / first.noise_floor.get(dof)?));
     first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(dof, _)| dof)
 }
 
-/// The held-out gap of what is measured, step by step, against the noise.
+/// The held-out gap of a measured quantity, step by step, beside the noise.
 fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     let mut bars: Vec<Bar> = Vec::new();
     let mut before: Option<f64> = None;
@@ -175,7 +176,7 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
         bars.push(Bar { label: "with all".into(), value: before?, std: None, total: true });
     }
     let noise = found.gap.first().and_then(|s| s.noise_floor.get(dof)).copied()?;
-    // a channel that takes no part has a noise beyond all bounds
+    // a channel that takes no part has an unbounded noise
     let largest = found.gap.iter().filter_map(|s| s.held_out_rms.get(dof)).fold(0.0_f64, |m, x| m.max(*x));
     if noise > 100.0 * largest {
         return None;

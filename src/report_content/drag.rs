@@ -1,8 +1,8 @@
-//! Drag curves with their 95 % intervals, and how added mass goes with the amplitude: Tables 3, 5 and 7 of Avila
-//! et al. (2013).
+//! Drag curves with their 95 % intervals, and added mass against amplitude: Tables 3, 5 and 7 of
+//! Avila et al. (2013).
 //!
 //! ```text
-//! D(ν) = Σ gⱼ(ν) θⱼ        σ_D² = gᵀ Σ_θ g        gⱼ: force of drag and bias a unit of θⱼ
+//! D(ν) = Σ gⱼ(ν) θⱼ        σ_D² = gᵀ Σ_θ g        gⱼ: force of drag and bias per unit of θⱼ
 //! C_m = (m − m_dry)/(ρ∇)   σ_C = σ_m/(ρ∇)
 //! ```
 
@@ -18,16 +18,16 @@ use crate::procedure::{is_powered, steady_means, towed};
 use crate::report::{Axis, Chart, Curves, Figure, Label, Panel, Series};
 use crate::run::{Run, RunKind, Signal};
 
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 81;
 
-/// The figures, one a degree of freedom.
+/// The figures: one per degree of freedom, and added mass against amplitude.
 pub(super) fn figures(results: &Results<'_>) -> Vec<Figure> {
     let dofs = results.fit.model.dofs.iter();
     dofs.filter_map(|dof| curves(results, *dof)).chain(inertia(results)).collect()
 }
 
-/// Parameters by their index in a model, with values and covariance.
+/// Parameters, by their index in a model, with values and covariance.
 struct Known {
     parameters: Vec<usize>,
     values: Vec<f64>,
@@ -70,7 +70,7 @@ fn curves(results: &Results<'_>, dof: Dof) -> Option<Figure> {
         ("propelled, means", of_kind(RunKind::ConstantVelocity).collect()),
     ] {
         let means: Vec<_> = runs.iter().flat_map(|run| steady_means(run, dof, steady)).collect();
-        // runs of other degrees of freedom stand still in this one
+        // runs of other degrees of freedom do not move in this one
         let moved: Vec<_> = means.into_iter().filter(|(v, _)| v.value.abs() > 0.05 * high.max(-low)).collect();
         if !moved.is_empty() {
             let (x, y) = moved.iter().map(|(v, f)| (v.value, f.value)).unzip();
@@ -93,7 +93,7 @@ fn curves(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     })
 }
 
-/// The drag and the bias of one degree of freedom, nothing else.
+/// The model with only the drag and the bias of one degree of freedom.
 fn drag_alone(model: &Model, dof: Dof) -> Model {
     let mut own = alone(model, dof);
     own.terms.retain(|term| matches!(nature(model, term), Nature::Drag | Nature::Steady));
@@ -101,7 +101,7 @@ fn drag_alone(model: &Model, dof: Dof) -> Model {
     own
 }
 
-/// What a stage has found of the drag; what it does not estimate is 0 in it.
+/// The drag parameters that a stage has estimated; the others count as 0.
 fn of_stage(model: &Model, stage: &FitStage) -> Known {
     let place = |e: &crate::procedure::Estimate| {
         let named = |p: &usize| model.parameters[*p].effect == e.effect && model.parameters[*p].spec.name == e.name;
@@ -116,7 +116,7 @@ fn of_stage(model: &Model, stage: &FitStage) -> Known {
     }
 }
 
-/// Drag over `range` with its 95 % interval; `None` where it hangs on more than the speed.
+/// Drag over `range` with its 95 % interval; `None` if it depends on more than the speed.
 fn band(name: &str, dof: Dof, model: &Model, known: &Known, range: [f64; 2]) -> Option<Series> {
     if known.parameters.is_empty() || range[1] <= range[0] {
         return None;
@@ -157,7 +157,7 @@ fn band(name: &str, dof: Dof, model: &Model, known: &Known, range: [f64; 2]) -> 
     Some(Series::line(name, speeds, force).with_interval(interval))
 }
 
-/// A run that takes these speeds one after the other and commands nothing.
+/// A run that takes these speeds one after the other, without commands.
 fn swept(dof: Dof, speeds: &[f64]) -> Run {
     let time: std::sync::Arc<[f64]> = (0..speeds.len()).map(|k| k as f64).collect();
     let mut run = Run { name: "sweep".into(), ..Run::default() };
@@ -170,7 +170,7 @@ fn swept(dof: Dof, speeds: &[f64]) -> Run {
     run
 }
 
-/// Added mass, or virtual inertia, of single runs against their Keulegan-Carpenter number.
+/// Added-mass coefficient of single runs against their Keulegan-Carpenter number.
 fn inertia(results: &Results<'_>) -> Option<Figure> {
     let vehicle = &results.campaign.vehicle;
     let displaced = vehicle.volume.map(|volume| results.campaign.water.density * volume);

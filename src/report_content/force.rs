@@ -1,5 +1,5 @@
-//! The part of the report on forces: nominal against actual thrust, drag, and the force of each term over time (Fig. 11
-//! of Avila et al., 2013).
+//! The part of the report about forces: nominal against actual thrust, drag, and the force of each
+//! term over time (Fig. 11 of Avila et al., 2013).
 
 use super::{COVER, Results};
 use crate::campaign::{self, RunComponents};
@@ -9,7 +9,7 @@ use crate::procedure::settled_loads;
 use crate::report::{Axis, Block, Chart, Curves, Figure, Panel, Section, Series, Style, estimate};
 use crate::run::RunKind;
 
-/// Points of a cloud of thrusts.
+/// Maximum number of points in a figure of thrust.
 const POINTS: usize = 800;
 
 /// The section of a report.
@@ -24,8 +24,8 @@ fn unit_of(dof: Dof) -> &'static str {
     if dof.is_rotation() { "N*m" } else { "N" }
 }
 
-/// What acts against what the curves of the thrusters promise: by load cells where there are any, else by the losses
-/// that the campaign or its fit knows.
+/// Effective thrust against the nominal thrust of the thruster curves: from load cells if there are
+/// any, otherwise from the losses that the campaign or its fit contains.
 fn thrust(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     let options = &results.campaign.file.stage.bollard;
     let nominal = results.campaign.nominal_runs();
@@ -76,7 +76,7 @@ fn thrust(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     })
 }
 
-/// Force of each term over time: of the longest run, each degree of freedom.
+/// Force of each term over time, for the longest run, in each degree of freedom that moves.
 fn over_time(results: &Results<'_>) -> Vec<Figure> {
     let campaign = results.campaign.under(&results.fit.efficiency);
     let parts = campaign::components(&campaign, &results.fit.model).runs;

@@ -1,4 +1,4 @@
-//! The part of the report on the model: its equations with their numbers, its parameters.
+//! The part of the report about the model: its equations with numbers, and its parameters.
 
 use super::{COVER, Results};
 use crate::chain::{Nature, nature};
@@ -21,7 +21,7 @@ pub(super) fn section(results: &Results<'_>) -> Section {
     }
 }
 
-/// Curves of thrusters that were found from bollard tables, equation (1).
+/// Thruster curves that were fitted to bollard tables, equation (1).
 fn thrust_curves(results: &Results<'_>) -> Option<Block> {
     let curves = &results.fit.thrusters;
     let rows = curves.iter().flat_map(|curve| {
@@ -51,7 +51,7 @@ fn thrust_curves(results: &Results<'_>) -> Option<Block> {
     })
 }
 
-/// The parameters with their deviations, one a row.
+/// The parameters with their standard deviations, one per row.
 pub(super) fn parameters(results: &Results<'_>) -> Table {
     let rows = results
         .fit
@@ -108,20 +108,21 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
     }
 }
 
-/// Digits of a value that end where the second digit of its deviation stands; four of a value that was held.
+/// Number of digits up to the second digit of the standard deviation; four for a held value.
 fn digits_beside(value: f64, std: Option<f64>) -> u32 {
     let Some(std) = std.filter(|std| *std > 0.0 && std.is_finite() && value.abs() > 0.0) else { return 4 };
     ((value.abs() / std).log10().floor() as i32 + 2).clamp(2, 8) as u32
 }
 
-/// `16.99 to 17.04`, which no line breaks; a dash where the deviation is not known.
+/// `16.99 to 17.04`, without a line break; a dash if the standard deviation is not known.
 fn interval(value: f64, std: Option<f64>) -> String {
     let Some(std) = std.filter(|std| *std > 0.0 && std.is_finite()) else { return "–".into() };
     let end = |x: f64| number(x, digits_beside(x, Some(std)), Style::Text);
     format!("{}\u{a0}to\u{a0}{}", end(value - COVER * std), end(value + COVER * std))
 }
 
-/// The balance of each degree of freedom, then what lies between command, water and sensor and them.
+/// The balance of each degree of freedom, then the terms of the chain from command to force, of the
+/// water and of the sensors.
 fn equations(results: &Results<'_>) -> Vec<Equation> {
     let model = &results.fit.model;
     let stands = |t: &Term| model.dofs.iter().any(|dof| in_balance(t, *dof));
@@ -138,7 +139,7 @@ fn in_balance(term: &Term, dof: Dof) -> bool {
     force && here
 }
 
-/// A formula with the letters of its place.
+/// A formula with the symbols of its place.
 fn written(formula: &str, place: Place) -> String {
     let mut out = formula.to_string();
     for (index, dof) in [("ᵢ", place.dof), ("ⱼ", place.other)] {
@@ -150,7 +151,7 @@ fn written(formula: &str, place: Place) -> String {
     out
 }
 
-/// One balance, with its numbers where an effect has one parameter.
+/// One balance, with numbers for effects that have one parameter.
 fn balance(model: &Model, dof: Dof) -> Equation {
     let v = dof.velocity();
     let value = |p: usize| number(model.parameters[p].value.abs(), 4, Style::Text);
@@ -166,7 +167,7 @@ fn balance(model: &Model, dof: Dof) -> Equation {
             (id::ADDED_MASS_COUPLING, [p], Some(other)) => {
                 left += &format!(" {} {} {}̇", signed(*p).0, value(*p), other.velocity());
             }
-            // the coefficient k_uv stands with the sign of its row
+            // the coefficient k_uv has the sign of its row
             (_, [p], _) if nature(model, term) == Nature::Coriolis => {
                 let row = model.parameters[*p].value * if formula.starts_with('−') { -1.0 } else { 1.0 };
                 let letters = model.parameters[*p].spec.name.trim_start_matches("k_").chars();

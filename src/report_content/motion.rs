@@ -1,5 +1,5 @@
-//! The part of the report that shows motion: measured and simulated velocities with their residual, and the residual
-//! against each state, where a missing effect shows as a shape.
+//! The part of the report about motion: measured and simulated velocities with their residual, and
+//! the residual against each state, where a missing effect appears as a systematic shape.
 
 use super::discovery::widest;
 use super::{COVER, Results};
@@ -9,11 +9,11 @@ use crate::frame::Dof;
 use crate::report::{Axis, Block, Chart, Curves, Figure, Label, Multiples, Panel, Section, Series};
 use crate::run::Role;
 
-/// Runs that are shown large, held-out ones first.
+/// Number of runs that are shown large, held-out ones first.
 const SHOWN: usize = 4;
-/// Samples of a group whose quartiles are drawn against a state.
+/// Number of groups of samples whose median and quartiles are drawn against a state.
 const GROUPS: usize = 12;
-/// Points a panel against a state.
+/// Maximum number of points of a panel against a state.
 const POINTS: usize = 600;
 
 /// The sections of a report.
@@ -46,7 +46,7 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     [every, motion, residual].into_iter().filter(|section| !section.blocks.is_empty()).collect()
 }
 
-/// All runs that move in `dof`, small, side by side; `None` where none does.
+/// All runs that move in `dof`, small, side by side; `None` if no run does.
 fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<Block> {
     let small = |run: &&Simulated| {
         let (channel, unit) = measured_motion(run, dof);
@@ -57,7 +57,7 @@ fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<
         }
         let time: Vec<f64> = samples.iter().map(|s| s.0).collect();
         let simulated = Series::line("", run.time.clone(), run.simulated[channel].clone());
-        // without names there is no legend: the caption says what is what
+        // without names there is no legend: the caption explains points and line
         let series = vec![Series::points("", time, measured), simulated];
         let panel = Panel { y: Axis::new(Label::symbol(channel), unit), series, floor: None };
         let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![panel], spans: Vec::new() });
@@ -70,8 +70,9 @@ fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<
         .then(|| Block::Multiples(Multiples { title: format!("All runs that move in {dof}"), caption, figures }))
 }
 
-/// The worst run of all that took no part and move, in the degree of freedom in which most was missing, or its worst one; and
-/// what the model without the names made of it.
+/// The worst run among those that move, in one degree of freedom, with the simulation of the model
+/// without the added effects. Held-out runs come first, then the degree of freedom in which most
+/// was missing.
 pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     let run_of = |r: &Disagreement| results.simulation.runs.iter().find(|run| run.run == r.run);
     let is_moving = |r: &Disagreement, of: fn(&(f64, f64, f64)) -> f64| {
@@ -81,7 +82,7 @@ pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     let missing = results.discovery.filter(|found| !found.effects.is_empty()).and_then(widest);
     let rank = |r: &Disagreement| {
         let times_noise = r.rms / r.noise_floor.max(f64::MIN_POSITIVE);
-        // what the water alone moves says nothing of the model
+        // a motion that only the water causes says nothing about the model
         let is_driven = is_moving(r, |s| s.2);
         ((r.role == Role::Validate, missing.as_ref() == Some(&r.dof), is_driven), times_noise)
     };
@@ -99,7 +100,7 @@ pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     Some(figure)
 }
 
-/// A run simulated with the baseline of a search that has found names.
+/// A run simulated with the baseline of a search that added effects.
 fn without_names(results: &Results<'_>, run: &str) -> Option<Simulated> {
     let found = results.discovery.filter(|found| !found.effects.is_empty())?;
     let baseline = &found.steps.first()?.fit.model;
@@ -108,7 +109,7 @@ fn without_names(results: &Results<'_>, run: &str) -> Option<Simulated> {
     campaign::simulate(&alone, baseline, &results.fit.envelope).ok()?.runs.pop()
 }
 
-/// Runs that took no part first, then one of each kind, then the others.
+/// Held-out runs first, then one run of each kind, then the others.
 fn in_order<'a>(results: &Results<'a>) -> Vec<&'a Simulated> {
     let kind = |run: &Simulated| results.campaign.runs.iter().find(|r| r.name == run.run).map(|r| r.kind);
     let mut seen = Vec::new();
@@ -127,7 +128,7 @@ fn in_order<'a>(results: &Results<'a>) -> Vec<&'a Simulated> {
     ranked.into_iter().map(|(_, run)| run).collect()
 }
 
-/// Whether a velocity does more than its sensor's noise; so many noises wide it has to be.
+/// Whether the range of a velocity is more than `WIDTH` times the noise of its sensor.
 pub(super) fn moves(velocity: &[f64], noise: Option<f64>) -> bool {
     const WIDTH: f64 = 12.0;
     let finite = || velocity.iter().copied().filter(|v| v.is_finite());
@@ -139,7 +140,7 @@ fn unit_of(dof: Dof) -> &'static str {
     if dof.is_rotation() { "rad/s" } else { "m/s" }
 }
 
-/// Measured samples (t, y, x) of a channel beside the simulation.
+/// Measured samples (t, y, x) of a channel with the simulated value x.
 fn samples(run: &Simulated, channel: &str) -> Vec<(f64, f64, f64)> {
     let (Some(simulated), Some(measured)) = (run.simulated.get(channel), run.measured.get(channel)) else {
         return Vec::new();
@@ -152,10 +153,11 @@ pub(super) fn noise(results: &Results<'_>, run: &str, channel: &str) -> Option<f
     results.comparison.runs.iter().find(|r| r.run == run && r.dof.channel() == channel).map(|r| r.noise_floor)
 }
 
-/// Half width of the band in which 95 of 100 samples are expected, one a time stamp; `None` where the model carries no noise.
+/// Half width of the band for 95 % of the samples, at each time stamp; `None` if the model contains
+/// no noise.
 fn half_width(run: &Simulated, channel: &str) -> Option<Vec<f64>> {
     let std = run.std.get(channel).filter(|std| std.iter().any(Option::is_some))?;
-    // at the beginning of a stretch the band is as wide as where it is known first
+    // a missing width, at the beginning of a stretch, takes the next known value
     let mut wide: Vec<f64> = std.iter().map(|s| COVER * s.unwrap_or(f64::NAN)).collect();
     let mut next = f64::NAN;
     for s in wide.iter_mut().rev() {
@@ -165,7 +167,7 @@ fn half_width(run: &Simulated, channel: &str) -> Option<Vec<f64>> {
     Some(wide)
 }
 
-/// A line over the time of a run with that band about it.
+/// A line over the time of a run with that band.
 fn banded(name: &str, run: &Simulated, channel: &str, mean: Vec<f64>) -> Series {
     let interval = half_width(run, channel).unwrap_or_default();
     let about = |(x, w): (&f64, &f64)| if w.is_nan() { (*x, *x) } else { (x - w, x + w) };
@@ -173,7 +175,7 @@ fn banded(name: &str, run: &Simulated, channel: &str, mean: Vec<f64>) -> Series 
     Series::line(name, run.time.clone(), mean).with_interval(interval)
 }
 
-/// What is said of the bands of a figure: how many samples are expected in them, and how many are.
+/// The sentence about the bands of a figure: the expected and the actual share of samples in them.
 fn of_bands(run: &Simulated, channel: &str) -> Option<String> {
     let wide = half_width(run, channel)?;
     let (simulated, measured) = (run.simulated.get(channel)?, run.measured.get(channel)?);
@@ -185,7 +187,8 @@ fn of_bands(run: &Simulated, channel: &str) -> Option<String> {
     ))
 }
 
-/// The velocity of `dof` with its unit; the position where a log holds the pose alone.
+/// The velocity channel of `dof` with its unit; that of the position if the log contains only the
+/// pose.
 fn measured_motion(run: &Simulated, dof: Dof) -> (&'static str, &'static str) {
     match samples(run, dof.velocity()).is_empty() {
         false => (dof.velocity(), unit_of(dof)),
@@ -193,8 +196,9 @@ fn measured_motion(run: &Simulated, dof: Dof) -> (&'static str, &'static str) {
     }
 }
 
-/// Measured and simulated velocity of `dof`, or its position where no velocity is measured, over time with the residual
-/// below; `None` where either is absent. `noise`: that of the sensor of what is shown, in its unit.
+/// Measured and simulated velocity of `dof`, or its position if no velocity is measured, over time
+/// with the residual below; `None` if either is absent. `noise`: that of the sensor of the shown
+/// channel, in its unit.
 pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Figure> {
     let (channel, unit) = measured_motion(run, dof);
     let samples = samples(run, channel);
@@ -226,7 +230,7 @@ pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Fi
     Some(Figure { title: format!("{}, {dof}", run.run), caption, chart })
 }
 
-/// One figure a state that changes, a panel a degree of freedom.
+/// One figure per state that changes, with one panel per degree of freedom.
 fn against_states(results: &Results<'_>, runs: &[&Simulated], which: &str) -> Vec<Figure> {
     let dofs = &results.fit.model.dofs;
     let velocities = dofs.iter().map(|dof| (dof.velocity(), unit_of(*dof)));
@@ -276,7 +280,8 @@ fn against(results: &Results<'_>, runs: &[&Simulated], (state, unit): (&str, &st
     })
 }
 
-/// Median and quartiles of equally many samples each, of pairs in the order of their abscissa.
+/// Median and quartiles of groups of equally many samples; `pairs` are in the order of their
+/// abscissa.
 fn groups(pairs: &[(f64, f64)]) -> Series {
     let (mut x, mut middle, mut interval) = (Vec::new(), Vec::new(), Vec::new());
     for group in pairs.chunks(pairs.len().div_ceil(GROUPS)) {

@@ -1,17 +1,17 @@
-//! The part of the report on what is random: the force that pushes the vehicle, the noise of each sensor, and whether
-//! predictions err as they should.
+//! The part of the report about noise: the random force on the vehicle, the noise of each sensor,
+//! and whether prediction errors are as large as expected.
 
 use super::Results;
 use crate::campaign::{ForceFound, Noise, Predicted, SensorFound};
 use crate::frame::{Dof, Measured};
 use crate::report::{Cell, Column, Table};
 
-/// The random forces; `None` where there are none, or the estimator knows nothing of noise.
+/// The random forces; `None` if there are none, or the estimator has no noise model.
 pub(super) fn of_forces(results: &Results<'_>) -> Option<Table> {
     results.fit.noise.as_ref().and_then(|noise| forces(&noise.force, results.fit.converged))
 }
 
-/// The noise of the sensors; `None` where the estimator knows nothing of noise.
+/// The noise of the sensors; `None` if the estimator has no noise model.
 pub(super) fn of_sensors(results: &Results<'_>) -> Option<Table> {
     results.fit.noise.as_ref().map(sensors)
 }
@@ -79,7 +79,8 @@ fn sensors(noise: &Noise) -> Table {
     }
 }
 
-/// Predictions with their errors, run by run; one sample ahead is left out, since the noise was chosen for it.
+/// Predictions with their errors, run by run; those one sample ahead are left out, because the
+/// noise was fitted to them.
 pub(super) fn predictions(noise: &Noise) -> Option<Table> {
     let row = |p: &Predicted| {
         let ahead = p.ahead.map_or("free run".to_string(), |seconds| format!("{seconds} s"));

@@ -1,5 +1,5 @@
-//! The part of the report on how well the model predicts: the table of equation (25), and each run's own model on every
-//! other run, as Table 6 of Avila et al. (2013).
+//! The part of the report about the quality of prediction: the table of equation (25), and each
+//! run's own model on every other run, as in Table 6 of Avila et al. (2013).
 
 use super::Results;
 use crate::frame::Measured;
@@ -52,7 +52,7 @@ fn errors(results: &Results<'_>) -> Table {
     }
 }
 
-/// To a tenth: the next digit says nothing.
+/// A percentage with one decimal: a second one is not significant.
 fn percent(value: f64) -> Cell {
     let value = (10.0 * value).round() / 10.0;
     let whole = (value.abs() + 0.05).log10().floor().clamp(-1.0, 9.0) as i32;
@@ -82,7 +82,7 @@ fn matrix(results: &Results<'_>, dof: &Measured) -> Option<Figure> {
     let mut sorted: Vec<f64> = values.iter().flatten().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let (low, high) = (*sorted.first()?, *sorted.last()?);
-    // a model that fails altogether must not make all others look alike
+    // one model that fails completely must not make all others look alike
     let high = high.min(4.0 * sorted[sorted.len() / 2]).max(low * 1.01);
     let names = |list: &[&str]| list.iter().map(|name| Label::from(super::stem(name))).collect::<Vec<Label>>();
     let left_out: Vec<&str> = results.each_run.left_out.iter().map(|run| super::stem(run)).collect();

@@ -1,12 +1,14 @@
-//! `L` numbers side by side, by name: where the compiler would have to find them, it shuffles.
+//! Arithmetic on `L` numbers side by side, with named operations: automatic vectorisation would add
+//! shuffles.
 //!
-//! The same operations in the same order on every machine, so that results do not depend on it.
+//! The same operations are done in the same order on every machine, so that results do not depend
+//! on it.
 
-/// How `L` numbers are kept and calculated with.
+/// Storage of `L` numbers and operations on them.
 pub trait Wide<const L: usize>: Copy {
     /// `L` numbers.
     type Value: Copy;
-    /// `L` times the same.
+    /// `L` copies of `x`.
     fn splat(self, x: f64) -> Self::Value;
     /// From an array.
     fn load(self, x: &[f64; L]) -> Self::Value;
@@ -24,9 +26,9 @@ pub trait Wide<const L: usize>: Copy {
     fn abs(self, a: Self::Value) -> Self::Value;
     /// √a
     fn sqrt(self, a: Self::Value) -> Self::Value;
-    /// a where b is not 0, else 0, whatever a is.
+    /// a if b is not 0, otherwise 0, whatever the value of a.
     fn only_where(self, a: Self::Value, b: Self::Value) -> Self::Value;
-    /// a·b + c, rounded once, on machines without such an instruction too.
+    /// a·b + c, rounded once, also on machines without such an instruction.
     fn fused(self, a: Self::Value, b: Self::Value, c: Self::Value) -> Self::Value;
 
     /// a
@@ -41,7 +43,7 @@ pub trait Wide<const L: usize>: Copy {
         self.mul(a, self.splat(-1.0))
     }
 
-    /// Zeros; `fill` of a slice stays a call, without these registers.
+    /// Sets all to zero; `fill` of a slice would stay a call without vector registers.
     #[inline(always)]
     fn clear(self, to: &mut [[f64; L]]) {
         for to in to {
@@ -49,18 +51,18 @@ pub trait Wide<const L: usize>: Copy {
         }
     }
 
-    /// sum + a·b, rounded twice: the same number on every machine without a call.
+    /// sum + a·b, rounded twice: the same number on every machine, without a function call.
     #[inline(always)]
     fn plus(self, sum: Self::Value, a: Self::Value, b: Self::Value) -> Self::Value {
         self.add(sum, self.mul(a, b))
     }
 }
 
-/// Numbers side by side on any machine.
+/// Numbers side by side with plain arithmetic, for any machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Plain;
 
-// loops, not `array::from_fn`: its closures stay calls in builds with debug assertions
+// loops, not `array::from_fn`, whose closures stay calls in builds with debug assertions
 impl<const L: usize> Wide<L> for Plain {
     type Value = [f64; L];
     #[inline(always)]
@@ -133,7 +135,7 @@ impl<const L: usize> Wide<L> for Plain {
     }
 }
 
-/// A machine whose registers hold `$lanes / $count` numbers.
+/// Implements `Wide` for a machine whose registers hold `$lanes / $count` numbers.
 #[cfg(target_arch = "x86_64")]
 macro_rules! in_registers {
     ($machine:ty, $lanes:literal, $count:literal) => {
@@ -224,21 +226,22 @@ in_registers!(pulp::x86::V4, 8, 1);
 #[cfg(target_arch = "x86_64")]
 in_registers!(pulp::x86::V4, 16, 2);
 
-/// Work on `L` lanes; what it calls has to be `#[inline(always)]`, what is not keeps the plain instructions.
+/// Work on `L` lanes. The functions that it calls must be `#[inline(always)]`; others use the plain
+/// instructions.
 pub trait Work<const L: usize> {
-    /// What comes out.
+    /// Result of the work.
     type Output;
-    /// Does it with these registers.
+    /// Does the work with these registers.
     fn with<W: Wide<L>>(self, wide: W) -> Self::Output;
 }
 
 /// Numbers of lanes for which a machine has registers.
 pub trait Widths<const L: usize> {
-    /// Does `work` with the widest registers that this machine turns out to have.
+    /// Does `work` with the widest registers of this machine, found at run time.
     fn widest<T: Work<L>>(work: T) -> T::Output;
 }
 
-/// The machine that this runs on.
+/// The machine on which the program runs.
 #[derive(Debug, Clone, Copy)]
 pub struct Machine;
 
@@ -253,7 +256,8 @@ macro_rules! widths {
     )*};
     (wide $($lanes:literal)*) => {$(
         impl Widths<$lanes> for Machine {
-            // builds with debug assertions compile the plain version alone, which builds three times as fast
+            // builds with debug assertions compile only the plain version, which builds three times
+            // as fast
             fn widest<T: Work<$lanes>>(work: T) -> T::Output {
                 #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
                 {
@@ -276,7 +280,7 @@ widths!(wide 8 16);
 mod tests {
     use super::*;
 
-    /// Everything a machine does with eight numbers.
+    /// All operations of a machine on eight numbers.
     struct All([f64; 8], [f64; 8], [f64; 8]);
 
     impl Work<8> for All {
@@ -299,7 +303,7 @@ mod tests {
         }
     }
 
-    /// Bit by bit, on whatever machine this runs.
+    /// The results agree bit by bit on the machine of the test.
     #[test]
     fn law_registers_do_as_plain_arithmetic_does() {
         let a = [1.0, -0.1, 3.3, 1e200, -7.7, 0.3, -0.0, 5e-324];

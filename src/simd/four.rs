@@ -1,30 +1,30 @@
-//! Four numbers that change places within one register.
+//! Rearrangement of four numbers within one register.
 
 use super::arithmetic::{Plain, Wide};
 
-/// From which lane of four each of four is taken.
+/// A rearrangement: for each of four lanes the lane from which its value is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(align(32))]
 pub struct Turn([u32; 8]);
 
 impl Default for Turn {
-    /// Each from the first.
+    /// All lanes are taken from the first.
     fn default() -> Turn {
         Turn([0, 1, 0, 1, 0, 1, 0, 1])
     }
 }
 
 impl Turn {
-    /// Lane `to` is taken from lane `from`. A number is two halves, as the instruction counts them.
+    /// Takes lane `to` from lane `from`. A number counts as two halves, as in the instruction.
     pub fn set(&mut self, to: usize, from: usize) {
         let half = 2 * (from % 4) as u32;
         (self.0[2 * to], self.0[2 * to + 1]) = (half, half + 1);
     }
 }
 
-/// [`Wide`] with four lanes that can be turned.
+/// [`Wide`] with four lanes that can be rearranged.
 pub trait Four: Wide<4> {
-    /// a with its lanes in other places
+    /// The lanes of a, rearranged by `turn`.
     fn turn(self, a: Self::Value, turn: &Turn) -> Self::Value;
 }
 

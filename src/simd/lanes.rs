@@ -1,23 +1,23 @@
-//! Lists of lanes that begin on a line of the cache: vectors that straddle two lines are read twice.
+//! Lists of lanes that begin at a cache line: a vector across two lines is read twice.
 //!
-//! Where they begin is looked up each time: a loop takes the slice `[..]` once, before it.
+//! Each access makes the slice anew: a loop should take the slice `[..]` once, before it starts.
 
 use std::ops::{Deref, DerefMut};
 
-/// Bytes of a line of the cache.
+/// Size of a cache line, bytes.
 const LINE: usize = 64;
 
-/// So many times `L` numbers side by side.
+/// A list of groups of `L` numbers side by side.
 #[derive(Debug, Default)]
 pub struct Lanes<const L: usize> {
     memory: Vec<f64>,
     begin: usize,
-    /// Numbers, L times as many as lanes.
+    /// Count of numbers: `L` times the number of groups.
     count: usize,
 }
 
 impl<const L: usize> Lanes<L> {
-    /// `count` times zeros.
+    /// `count` groups of zeros.
     pub fn zeros(count: usize) -> Lanes<L> {
         let (count, spare) = (count * L, LINE / size_of::<f64>());
         let memory = vec![0.0; count + spare];

@@ -1,11 +1,13 @@
-//! Numbers side by side: how they lie in memory, how they are calculated with, and on which units of the machine.
+//! Numbers side by side: their layout in memory, arithmetic on them, and the vector units of the
+//! machine.
 //!
 //! ```text
 //! sum ← sum + a∘b        ∘: lane by lane, L lanes at once
 //! ```
 //!
-//! A lane is a trajectory, a segment or an instant; work on [`Lanes`] is written once for any [`Wide`] and done with the
-//! widest registers that the machine turns out to have ([`Work`]). The results do not depend on the choice.
+//! A lane is a trajectory, a segment or an instant. Work on [`Lanes`] is written once for any
+//! [`Wide`] and done with the widest registers of the machine, found at run time ([`Work`]). The
+//! results do not depend on the choice.
 
 mod arithmetic;
 mod four;

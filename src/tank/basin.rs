@@ -1,11 +1,12 @@
-//! The basin: a true model under a pilot, seen through sensors.
+//! The basin: a true model controlled by a pilot, observed by sensors.
 //!
 //! ```text
 //! pilot(t, measured) → command → actuators → M ν̇ = … + disturbance → sensors → log
 //! ```
 //!
-//! The pilot speaks at the control rate; between its ticks the command is a straight line (the command for the next
-//! tick is decided at this one) or is held, as the model's `input` says. The log holds exactly that command.
+//! The pilot gives commands at the control rate. Between its ticks the command is linear (the
+//! command for the next tick is decided at the current one) or held, according to the model's
+//! `input`. The log contains exactly this command.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -23,19 +24,19 @@ use crate::model::{Interpolation, Model, ModelError};
 use crate::navigation::quaternion;
 use crate::run::{Role, Run, RunKind, Signal};
 
-/// The tank and its instruments.
+/// The tank with its instruments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basin {
     /// Longest step of the integration, s.
     pub step: f64,
-    /// Commands a second, Hz; they are logged at this rate.
+    /// Rate of the commands, Hz; they are logged at this rate.
     pub control_rate: f64,
     /// Instruments.
     pub sensors: Vec<Sensor>,
-    /// What disturbs the motion.
+    /// Disturbance of the motion.
     pub disturbance: Disturbance,
-    /// How the attitude is carried: by a quaternion for trials that pass the vertical. Then φ and ψ are logged in
-    /// (−π, π] and θ in [−π/2, π/2], as instruments tell them.
+    /// Representation of the attitude: a quaternion for trials that pass the vertical. Then φ and ψ
+    /// are logged in (−π, π] and θ in [−π/2, π/2], as instruments report them.
     pub attitude: Attitude,
 }
 
@@ -58,21 +59,21 @@ pub struct Trial {
     pub role: Role,
     /// Length, s.
     pub duration: f64,
-    /// Who steers.
+    /// The pilot.
     pub pilot: Pilot,
-    /// Where and how it starts: ν and η; only what the model simulates counts.
+    /// Initial ν and η; only those that the model simulates count.
     pub start: Measured,
-    /// What the model reads besides states and commands, by the name of the channel; straight lines between samples.
+    /// Channels that the model reads besides states and commands, by name; linear between samples.
     pub channels: BTreeMap<String, Signal>,
 }
 
-/// Why a trial cannot be sailed.
+/// Error of a trial.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TankError {
-    /// The model is not one.
+    /// The model is not valid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Nobody knows a channel that the model or a sensor reads.
+    /// A channel that the model or a sensor reads does not exist.
     #[error("trial `{trial}`: nothing gives the channel `{channel}`")]
     MissingChannel {
         /// Name of the trial.
@@ -80,12 +81,12 @@ pub enum TankError {
         /// Name of the channel.
         channel: String,
     },
-    /// The motion left all bounds.
+    /// The motion diverges.
     #[error("trial `{trial}`: the motion diverges at t = {time} s")]
     Diverges {
         /// Name of the trial.
         trial: String,
-        /// When, s.
+        /// Time, s.
         time: f64,
     },
     /// There is no such effect to hide.
@@ -93,17 +94,17 @@ pub enum TankError {
     CannotHide {
         /// Effect and place asked for.
         name: String,
-        /// Why.
+        /// Cause.
         reason: &'static str,
     },
 }
 
 impl Basin {
-    /// Sails one trial with the true `model`; `index` is the number of the run (parameters with a value in each run
-    /// and the streams of noise go by it).
+    /// Simulates one trial with the true `model`; `index` is the number of the run, which selects
+    /// per-run parameters and the noise streams.
     ///
     /// # Errors
-    /// [`TankError`] for a model that is none, a channel that nobody gives, and a motion that diverges.
+    /// [`TankError`] for an invalid model, a missing channel, or a diverging motion.
     pub fn sail(&self, model: &Model, trial: &Trial, index: usize, seed: u64) -> Result<Run, TankError> {
         model.check()?;
         let mut model = model.clone();
@@ -133,7 +134,7 @@ impl Basin {
         self.write_log(&dynamics, &model, trial, &channels, &record, (index, seed), &stamps)
     }
 
-    /// Integrates the motion and keeps the outputs at every instant that a sensor tells of.
+    /// Integrates the motion and stores the outputs at every instant that a sensor reports.
     fn record(
         &self,
         dynamics: &Dynamics,
@@ -215,7 +216,7 @@ impl Basin {
             let mut noise = Noise::new(seed, stream(index, k));
             run.signals.insert(sensor.channel.clone(), sensor.log(&truth, &mut noise));
         }
-        // derived channels that the model reads, as a campaign would put them there
+        // derived channels that the model reads, as a campaign would add them
         for (name, signal) in channels.iter().filter(|(name, _)| derived(name)) {
             run.signals.insert(name.clone(), signal.clone());
         }
@@ -226,13 +227,13 @@ impl Basin {
 /// Two instants closer than this are one, s.
 const SAME_INSTANT: f64 = 1e-9;
 
-/// A state beyond this, SI, is no motion of a vehicle in a tank.
+/// Limit of a state, SI: beyond it the motion diverges.
 const LARGEST_STATE: f64 = 1e6;
 
-/// Streams of noise from here on belong to disturbances.
+/// First noise stream of the disturbances.
 const DISTURBANCES: usize = 512;
 
-/// Stream of noise of one source in one run; stream 0 is nobody's.
+/// Noise stream of one source in one run; stream 0 is not used.
 pub(super) fn stream(run: usize, source: usize) -> u64 {
     ((run as u64 + 1) << 16) + source as u64
 }
@@ -242,7 +243,7 @@ fn constant(stamps: &Arc<[f64]>, value: f64) -> Signal {
     Signal::new(stamps.clone(), vec![value; stamps.len()])
 }
 
-/// Whether a channel is made from a log rather than logged: no CSV holds it.
+/// Whether a channel is derived from a log rather than logged: no CSV contains it.
 pub fn derived(name: &str) -> bool {
     let fixed = [channel::SUPPLY_RATIO, channel::ANCHOR_NORTH, channel::ANCHOR_EAST];
     fixed.contains(&name) || Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == name)
@@ -252,7 +253,7 @@ fn known(model: &Model, channels: &BTreeMap<String, Signal>, name: &str) -> bool
     name == "t" || channels.contains_key(name) || model.dofs.iter().any(|dof| dof.force() == name)
 }
 
-/// What a model may read: the channels that are given, and the commands of its degrees of freedom.
+/// The channels that a model may read: the given ones and the commands of its degrees of freedom.
 pub(super) fn available(model: &Model, channels: &BTreeMap<String, Signal>) -> Available {
     let commands = model.dofs.iter().map(|dof| dof.force().to_string());
     let channels = channels.keys().cloned().chain(commands).collect();
@@ -287,7 +288,7 @@ fn measured(dynamics: &Dynamics, outputs: &[f64], channels: &BTreeMap<String, Si
     Measured { nu: Dof::ALL.map(|dof| value(dof.velocity())), pose: Dof::ALL.map(|dof| value(dof.position())) }
 }
 
-/// What happened: outputs at instants, commands at ticks.
+/// The simulated motion: outputs at instants, commands at ticks.
 struct Record {
     time: Vec<f64>,
     outputs: Vec<Vec<f64>>,
@@ -295,7 +296,7 @@ struct Record {
 }
 
 impl Record {
-    /// Outputs at an instant that was recorded.
+    /// Outputs at a recorded instant.
     fn at(&self, t: f64) -> Option<&[f64]> {
         let k = self.time.partition_point(|s| *s < t - 2.0 * SAME_INSTANT);
         self.outputs.get(k).map(Vec::as_slice)

@@ -1,9 +1,10 @@
-//! Blind campaigns: a vehicle drawn at random, runs, and effects in the truth that the baseline lacks.
+//! Blind campaigns: a random vehicle, runs, and effects in the true model that the baseline lacks.
 //!
-//! Nine runs of 90 s (thirteen in six degrees of freedom) at 10 Hz, commands linear between the samples, noise of
-//! 5 mm/s, 3 mrad/s, 0.5° of angle, 5 cm of position (independent of the velocity) and 2 cm of depth. The vehicle, the
-//! profiles and the noise come from separate streams of one seed: the same seed with another noise or another hidden
-//! effect is the same vehicle under the same commands.
+//! Nine runs of 90 s (thirteen in six degrees of freedom) at 10 Hz, commands linear between the
+//! samples, noise of 5 mm/s, 3 mrad/s, 0.5° of angle, 5 cm of position (independent of the
+//! velocity) and 2 cm of depth. The vehicle, the profiles and the noise come from separate streams
+//! of one seed: with the same seed, another noise or another hidden effect has the same vehicle and
+//! the same commands.
 
 use std::collections::BTreeMap;
 
@@ -16,29 +17,29 @@ use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::vehicle::Vehicle;
 
-/// What kind of campaign.
+/// Options of a blind campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlindOptions {
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Vehicle.
     pub craft: CraftKind,
     /// Six degrees of freedom instead of surge, sway and yaw.
     pub six: bool,
-    /// Samples a second, of sensors and commands, Hz.
+    /// Sample rate of sensors and commands, Hz.
     pub rate: f64,
     /// Length of a run, s.
     pub duration: f64,
-    /// Noise in units of the ordinary one (5 mm/s, 3 mrad/s, …).
+    /// Noise as a multiple of the ordinary one (5 mm/s, 3 mrad/s, …).
     pub noise: f64,
     /// Correlation of the noise from sample to sample; 0 is white.
     pub colour: f64,
-    /// Standard deviation of the disturbing force in units of the force in each degree of freedom; 0 for none. 0.02 is
-    /// 3 to 7 N on the large vehicle.
+    /// Standard deviation of the disturbing force as a fraction of the force in each degree of
+    /// freedom; 0 for none. 0.02 is 3 to 7 N on the large vehicle.
     pub disturbance: f64,
     /// Correlation time of the disturbing force, s.
     pub disturbance_time: f64,
-    /// What the truth has and the baseline lacks.
+    /// Effects that the true model contains and the baseline lacks.
     pub hidden: Vec<Hidden>,
 }
 
@@ -59,10 +60,10 @@ impl Default for BlindOptions {
     }
 }
 
-/// A campaign whose truth is known.
+/// A campaign with a known true model.
 #[derive(Debug, Clone)]
 pub struct Blind {
-    /// The vehicle as its owner knows it.
+    /// The vehicle data known to the owner.
     pub vehicle: Vehicle,
     /// Degrees of freedom.
     pub dofs: Vec<Dof>,
@@ -72,14 +73,14 @@ pub struct Blind {
     pub runs: Vec<Run>,
     /// The true model.
     pub truth: Model,
-    /// Canonical names of what is hidden.
+    /// Canonical names of the hidden effects.
     pub hidden: Vec<String>,
-    /// Root mean square of the random force, N or N·m, of each of the degrees of freedom.
+    /// Root mean square of the random force in each degree of freedom, N or N·m.
     pub disturbance: Vec<f64>,
 }
 
 impl Blind {
-    /// The baseline as a model, its values neutral.
+    /// The baseline as a model with neutral values.
     ///
     /// # Errors
     /// None for a campaign made by [`blind`].
@@ -91,7 +92,7 @@ impl Blind {
     }
 }
 
-/// Effects of a baseline in the horizontal plane, and what six degrees of freedom have beside them.
+/// Effects of a baseline in the horizontal plane, and further ones in six degrees of freedom.
 const PLANAR: [&str; 6] =
     ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
 const SPATIAL: [&str; 8] = [
@@ -105,13 +106,13 @@ const SPATIAL: [&str; 8] = [
     "restoring_pitch",
 ];
 
-/// Streams of the seed: the vehicle, its trials, what is hidden.
+/// Streams of the seed: the vehicle, its trials, the hidden effects.
 const STREAMS: [u64; 3] = [1, 2, 3];
 
 /// Makes a blind campaign.
 ///
 /// # Errors
-/// [`TankError`] when something cannot be hidden there or the motion diverges.
+/// [`TankError`] if an effect cannot be hidden there or the motion diverges.
 pub fn blind(options: &BlindOptions) -> Result<Blind, TankError> {
     let [mut draw, mut profile, mut secret] = STREAMS.map(|stream| Noise::new(options.seed, stream));
     let craft = Craft::draw(options.craft, &mut draw);
@@ -181,7 +182,7 @@ fn basin(options: &BlindOptions, craft: &Craft, dofs: &[Dof]) -> Basin {
     }
 }
 
-/// Gives every trial the supply voltage over its mean in the campaign.
+/// Adds to every trial the ratio of the supply voltage to its mean over the campaign.
 fn supply(trials: &mut [Trial], ratio: &str) {
     let all: Vec<f64> = trials.iter().filter_map(|t| t.channels.get("supply_V")).flat_map(mean_of).collect();
     let mean = all.iter().sum::<f64>() / all.len() as f64;
@@ -198,7 +199,7 @@ fn mean_of(signal: &Signal) -> Option<f64> {
     (!signal.is_empty()).then(|| signal.values().iter().sum::<f64>() / signal.len() as f64)
 }
 
-/// Replaces the true ratio of the supply by what the log tells of it.
+/// Replaces the true supply ratio by that of the logged voltage.
 fn log_supply(runs: &mut [Run]) {
     let all: Vec<f64> = runs.iter().filter_map(|run| run.signal("supply_V")).flat_map(mean_of).collect();
     let mean = all.iter().sum::<f64>() / all.len() as f64;
@@ -211,12 +212,12 @@ fn log_supply(runs: &mut [Run]) {
     }
 }
 
-/// Rounds of the search for an amplitude that is that of the motion it causes.
+/// Rounds of the fixed-point iteration for the amplitude and the motion that it causes.
 const ROUNDS: usize = 4;
 
-/// Gives a trial its Keulegan-Carpenter numbers, KC = U_m T / L_c with the characteristic length `length` (m), where the
-/// truth reads them: U_m is the greatest speed of the motion that they cause themselves, T the period of the strongest
-/// sine, 0 without one.
+/// Adds to a trial its Keulegan-Carpenter numbers, KC = U_m T / L_c with the characteristic length
+/// `length` (m), where the true model reads them. U_m is the greatest speed of the motion that
+/// results with these numbers themselves, T the period of the strongest sine, 0 without one.
 pub(crate) fn amplitudes(
     basin: &Basin,
     truth: &Model,
@@ -312,7 +313,8 @@ mod tests {
         }
     }
 
-    /// The tank and the simulator of the fit are two integrators of one model: without noise they agree.
+    /// The tank and the simulator of the fit are two integrators of one model: without noise they
+    /// agree.
     #[test]
     fn law_noise_free_logs_satisfy_the_model() {
         for (six, name) in [(false, "thrust_lag"), (false, "thrust_delay"), (false, "tether_spring"), (true, "current")]
@@ -334,7 +336,7 @@ mod tests {
                 let x0: Vec<f64> = dynamics.states.iter().filter_map(first).collect();
                 let result = free_run(&dynamics, &track, &theta, &x0, 0, track.time.len() - 1);
                 let worst = result.outputs.iter().zip(&track.observed).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                // two Runge-Kutta solutions with other steps at the kinks of a late command
+                // two Runge-Kutta solutions with different steps at the kinks of a delayed command
                 assert!(worst < 1e-5, "{name}, {}: {worst}", run.name);
             }
         }

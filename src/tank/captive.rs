@@ -1,12 +1,12 @@
 //! Captive tests: the vehicle on load cells, held still (bollard pull) or towed.
 //!
 //! ```text
-//! bollard   load = w + τ     what the thrusters pull at the cells
-//! towing    load = −w        what the carriage pulls to keep the speed: the drag, positive ahead
+//! bollard   load = w + τ     pull of the thrusters on the cells
+//! towing    load = −w        pull of the carriage that keeps the speed: the drag, positive ahead
 //! ```
 //!
-//! w and τ are the sum of the wrenches of the model's effects and the force that its actuators make of the command, at
-//! a motion that is given; it is steady, so that no inertia stands in the balance.
+//! w is the sum of the wrenches of the model's effects, τ the force of its actuators for the
+//! command, at a given motion. The motion is steady, so the balance contains no inertia.
 
 use std::collections::BTreeMap;
 
@@ -20,12 +20,12 @@ use crate::run::{Run, RunKind, Signal};
 use crate::simd::Plain;
 use crate::symbolic::{Graph, Leaf, Plan, Registers};
 
-/// Performs a captive test: `trial.channels` hold the velocities, where they are not 0, and what else the model
-/// reads; the pilot gives the commands, as time alone tells; the sensors read load cells (`load_u`, …) and channels.
-/// `index` is the number of the run.
+/// Performs a captive test. `trial.channels` contain the velocities that are not 0 and the other
+/// channels that the model reads; the pilot gives commands as functions of time only; the sensors
+/// read load cells (`load_u`, …) and channels. `index` is the number of the run.
 ///
 /// # Errors
-/// [`TankError::MissingChannel`] for a sensor or an effect that reads what nobody gives.
+/// [`TankError::MissingChannel`] if a sensor or an effect reads a channel that does not exist.
 pub fn captive(
     model: &Model,
     trial: &Trial,
@@ -66,7 +66,7 @@ pub fn captive(
     Ok(run)
 }
 
-/// The force on a vehicle whose motion is given.
+/// Computation of the force on a vehicle with given motion.
 struct Rig {
     plan: Plan,
     registers: Registers<1>,

@@ -1,13 +1,14 @@
-//! Two very different vehicles, their figures drawn about typical values.
+//! Two very different vehicles, with properties drawn at random about typical values.
 //!
-//! The large one is like LAURS (Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94: masses and drag in
-//! surge and yaw near Tables 3, 5, 7 and 9; all other figures are assumed). The small one is like a BlueROV2 (masses and
-//! drag near von Benzon et al., *Journal of Marine Science and Engineering* 10 (2022) 1898, rounded).
+//! The large one is like LAURS (Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94:
+//! masses and drag in surge and yaw near Tables 3, 5, 7 and 9; all other values are assumed). The
+//! small one is like a BlueROV2 (masses and drag near von Benzon et al., *Journal of Marine Science
+//! and Engineering* 10 (2022) 1898, rounded).
 
 use super::Noise;
 use crate::vehicle::Vehicle;
 
-/// Which vehicle.
+/// Kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CraftKind {
     /// 190 kg, open frame, like LAURS.
@@ -17,10 +18,10 @@ pub enum CraftKind {
     Small,
 }
 
-/// A vehicle's figures, in the order of ν.
+/// Properties of a vehicle, in the order of ν.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Craft {
-    /// What is weighed and measured.
+    /// Weighed and measured properties.
     pub vehicle: Vehicle,
     /// Mass or moment of inertia with added mass, kg and kg·m².
     pub inertia: [f64; 6],
@@ -30,11 +31,12 @@ pub struct Craft {
     pub quadratic: [f64; 6],
     /// Righting moment per radian of roll and pitch, N·m.
     pub righting: f64,
-    /// What the thrusters give at most in ordinary work, N and N·m.
+    /// Maximum force of the thrusters in ordinary work, N and N·m.
     pub force: [f64; 6],
 }
 
-/// Typical values: mass, volume, net buoyancy, length, inertia, linear drag, quadratic drag, righting moment, force.
+/// Typical values: mass, volume, net buoyancy, length, inertia, linear drag, quadratic drag,
+/// righting moment, force.
 struct Typical {
     mass: f64,
     volume: f64,
@@ -71,17 +73,19 @@ const SMALL: Typical = Typical {
     force: [15.0, 11.0, 14.0, 1.0, 1.0, 1.2],
 };
 
-/// Least relative difference of the virtual masses in surge and sway: less, and there is hardly a Munk moment.
+/// Least relative difference of the virtual masses in surge and sway: below it there is hardly a
+/// Munk moment.
 const LEAST_MUNK: f64 = 0.15;
 
-/// Least righting moment in units of the Munk moment in pitch, (m_w − m_u) u² θ: less, and the vehicle tumbles.
+/// Least righting moment in units of the Munk moment in pitch, (m_w − m_u) u² θ: below it the
+/// vehicle tumbles.
 const LEAST_RIGHTING: f64 = 2.5;
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.81;
 
 impl Craft {
-    /// A vehicle of a kind, its figures within a fifth of the typical ones.
+    /// Draws a vehicle of a kind, with properties within a fifth of the typical ones.
     pub fn draw(kind: CraftKind, noise: &mut Noise) -> Craft {
         let (typical, name) = match kind {
             CraftKind::Large => (&LARGE, "large"),
@@ -110,7 +114,7 @@ impl Craft {
         craft
     }
 
-    /// Speed that the drag allows under three quarters of the force, m/s and rad/s.
+    /// Steady speed at three quarters of the maximum force, m/s and rad/s.
     pub fn speed(&self) -> [f64; 6] {
         std::array::from_fn(|i| {
             let (b, a, f) = (self.linear[i], self.quadratic[i], 0.75 * self.force[i]);
@@ -118,7 +122,7 @@ impl Craft {
         })
     }
 
-    /// Weight less buoyancy, N.
+    /// Weight minus buoyancy, N.
     pub fn net_weight(&self) -> f64 {
         self.vehicle.net_weight().unwrap_or(0.0)
     }

@@ -1,10 +1,12 @@
-//! A force that nobody commands: turbulence, a tether in the current, waves off the walls.
+//! A random force that is not commanded: turbulence, a tether in the current, waves reflected by
+//! the walls.
 //!
 //! ```text
-//! τᵢ → τᵢ + σᵢ d(t)        d: normal numbers at the ticks of the control, straight lines between them
+//! τᵢ → τᵢ + σᵢ d(t)        d: normal numbers at the ticks of the control, linear between them
 //! ```
 //!
-//! White from tick to tick, or AR(1) with a correlation time. It enters the balance as an effect that reads a channel.
+//! White from tick to tick, or AR(1) with a correlation time. It enters the balance as an effect
+//! that reads a channel.
 
 use super::Noise;
 use crate::effects::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
@@ -12,12 +14,12 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// How strong a disturbance is, and how slow.
+/// Strength and correlation time of a disturbance.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Disturbance {
     /// Standard deviation in each degree of freedom, N and N·m.
     pub std: [f64; 6],
-    /// Correlation time, s; 0 for a force that is new at every tick.
+    /// Correlation time, s; 0 for independent values at every tick.
     pub correlation: f64,
 }
 

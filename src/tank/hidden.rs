@@ -1,11 +1,12 @@
-//! What is hidden from whoever identifies a blind campaign, and how large it is.
+//! Effects that a blind campaign hides, and their sizes.
 //!
 //! ```text
 //! value = neutral + size · (sensible − neutral)
 //! ```
 //!
-//! The sensible value of an effect gives it about a tenth to a third of the force, speed or inertia of its degree of
-//! freedom; `size` 1 is plain to see, 0.1 mostly not, 0 is nothing. Values go by the vehicle's own scale.
+//! With its sensible value an effect accounts for about a tenth to a third of the force, speed or
+//! inertia of its degree of freedom. `size` 1 is clearly visible, 0.1 mostly not, 0 is no effect.
+//! Values are relative to the vehicle's own scale.
 
 use std::sync::Arc;
 
@@ -15,25 +16,25 @@ use crate::effects::{Coriolis, Effect, ParameterSpec, Place, Scope, catalogue};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 
-/// An effect that the truth has and the baseline lacks.
+/// An effect that the true model contains and the baseline lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
-    /// `id`, `id@dof` or `id@dof:other` of the catalogue, or an id of [`super::outside`]. A plain id of an effect that
-    /// stands in single degrees of freedom means surge; of a coupling, `@sway:yaw`.
+    /// `id`, `id@dof` or `id@dof:other` of the catalogue, or an id of [`super::outside`]. A plain
+    /// id means surge for an effect of single degrees of freedom, and `@sway:yaw` for a coupling.
     pub name: String,
-    /// Size, 1 for the sensible one.
+    /// Size, 1 for the sensible value.
     pub size: f64,
 }
 
 impl Hidden {
-    /// An effect of a size.
+    /// An effect of the given size.
     pub fn new(name: impl Into<String>, size: f64) -> Hidden {
         Hidden { name: name.into(), size }
     }
 }
 
-/// Hides an effect: the truth `model` gets it, the `baseline` (names of effects) loses it where it had it. Returns its
-/// canonical name.
+/// Hides an effect: adds it to the true `model` and removes it from the `baseline` (names of
+/// effects) if that contains it. Returns its canonical name.
 pub(super) fn hide(
     model: &mut Model,
     baseline: &mut Vec<String>,
@@ -69,7 +70,7 @@ pub(super) fn hide(
         return Ok(name);
     }
     if known.is_some() {
-        // it has its value from the vehicle; one that others share stays as it is
+        // its value comes from the vehicle; a value shared with other effects is not changed
         for p in parameters {
             let parameter = &mut model.parameters[p];
             parameter.value *= if parameter.spec.shared.is_none() { hidden.size } else { 1.0 };
@@ -92,7 +93,8 @@ pub(super) fn hide(
     Ok(name)
 }
 
-/// The other parts of an effect whose parts in several degrees of freedom share their parameter: they are hidden together.
+/// The other effects that share the parameter of this one in other degrees of freedom: they are
+/// hidden together.
 fn partners(effect: &dyn Effect, place: Place, model: &Model) -> Vec<(Arc<dyn Effect>, Place)> {
     let key = |effect: &dyn Effect, place| effect.parameters(place).first().and_then(|p| p.shared);
     let Some(own) = key(effect, place) else { return Vec::new() };
@@ -104,7 +106,7 @@ fn partners(effect: &dyn Effect, place: Place, model: &Model) -> Vec<(Arc<dyn Ef
         .collect()
 }
 
-/// Where a name puts its effect.
+/// The place in the name of an effect, or its default place.
 fn place(name: &str, scope: Scope) -> Option<Place> {
     match (name.split_once('@'), scope) {
         (None, Scope::Each(dofs)) => Some(Place::at(*dofs.first()?)),
@@ -117,7 +119,8 @@ fn place(name: &str, scope: Scope) -> Option<Place> {
     }
 }
 
-/// Takes `name` out of the baseline; of a plain id that means it everywhere, the other places stay.
+/// Removes `name` from the baseline; a plain id, which means all places, is replaced by the other
+/// places.
 fn lose(baseline: &mut Vec<String>, name: &str, id: &str, model: &Model) {
     if let (true, Some(k)) = (name != id, baseline.iter().position(|b| b == id)) {
         let everywhere = model.terms.iter().map(|t| t.name()).filter(|t| t.split('@').next() == Some(id));
@@ -126,7 +129,8 @@ fn lose(baseline: &mut Vec<String>, name: &str, id: &str, model: &Model) {
     baseline.retain(|b| b != name);
 }
 
-/// A tied Coriolis row has no parameter: other sizes than 1 make it one with a coefficient of its own, its leading one.
+/// Changes the size of a tied Coriolis row, which has no parameter: a size other than 1 makes it a
+/// row with its own, leading coefficient.
 fn resize_coriolis(model: &mut Model, term: usize, place: Place, size: f64, craft: &Craft) -> Option<()> {
     let [mu, mv, mw, ..] = craft.inertia;
     let id = model.terms[term].effect.about().id.to_string();
@@ -147,14 +151,14 @@ fn resize_coriolis(model: &mut Model, term: usize, place: Place, size: f64, craf
     Some(())
 }
 
-/// How a parameter goes with the size.
+/// Dependence of a parameter on the size.
 #[derive(Debug, Clone, Copy)]
 enum Value {
-    /// From neutral at size 0 to this at size 1.
+    /// From neutral at size 0 to this value at size 1.
     Strength(f64),
-    /// From this, which nothing exceeds, at size 0 to 0.6 of it at size 1.
+    /// From this value, which nothing exceeds, at size 0 to 0.6 of it at size 1.
     Limit(f64),
-    /// This at every size.
+    /// This value at every size.
     Shape(f64),
 }
 
@@ -168,7 +172,8 @@ impl Value {
     }
 }
 
-/// Sensible values of an effect's parameters, in their order (the last one again for those that follow).
+/// Sensible values of an effect's parameters, in their order (the last one also for those that
+/// follow).
 fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
     use Value::{Limit, Shape, Strength};
     let (force, speed, inertia) = (craft.force, craft.speed(), craft.inertia);
@@ -237,8 +242,8 @@ mod tests {
         blind(&BlindOptions { craft, six, duration: 50.0, noise: 0.0, rate: 5.0, hidden, ..BlindOptions::default() })
     }
 
-    /// Largest difference of any logged signal but the commands, in units of its ordinary noise. Zig-zags are left
-    /// out: a flip that comes one tick later is a large difference whatever has caused it.
+    /// Largest difference of any logged signal except the commands, in units of its ordinary noise.
+    /// Zig-zags are left out: a reversal one tick later is a large difference whatever its cause.
     fn gap(a: &Blind, b: &Blind) -> f64 {
         let noise = |name: &str| match name {
             "u" | "v" | "w" => 0.005,
@@ -259,7 +264,7 @@ mod tests {
         most
     }
 
-    /// What the effects of the catalogue that this vehicle can have are called, one place each.
+    /// Names of the catalogue effects that this vehicle can have, one place each.
     fn names(six: bool, baseline: &[String]) -> Vec<String> {
         let dofs: &[Dof] = if six { &Dof::ALL } else { &[Dof::Surge, Dof::Sway, Dof::Yaw] };
         let mut model = Model::new(dofs, Coriolis::Tied);
@@ -272,14 +277,14 @@ mod tests {
         catalogue(Coriolis::Tied)
             .into_iter()
             .filter(|e| !matches!(e.about().id, "inertia" | "restoring_heave"))
-            // the tank's vehicles have neither fins nor a propeller whose turns are logged
+            // the tank's vehicles have neither fins nor a propeller with logged speed
             .filter(|e| !["rudder", "stern_plane", "propeller"].iter().any(|part| e.about().id.starts_with(part)))
-            // an effect of which no size is known can be fitted and found, and not hidden here
+            // an effect without a known size can be fitted and found, but not hidden here
             .filter(|e| {
                 let sized = places(e).is_some_and(|place| sensible(e.about().id, place, &craft).is_some());
                 sized || baseline.iter().any(|b| b == e.about().id)
             })
-            // too much to do it twice: what a plane shows needs no space
+            // to limit the work: effects that a plane shows are not repeated in space
             .filter(|e| !six || baseline.iter().any(|b| b == e.about().id) || e.about().id == "trim_offset")
             .filter_map(|e| {
                 places(&e).filter(|place| model.add(e.clone(), *place).is_ok()).map(|p| name_of(e.about().id, p))
@@ -326,10 +331,10 @@ mod tests {
             let gaps =
                 [1.0, 0.3, 0.0].map(|size| gap(&complete, &campaign(CraftKind::Large, false, &[name], size).unwrap()));
             if name == "coriolis_yaw" {
-                // what the baseline had is in the truth at size 1, and gone at size 0
+                // the true model contains the baseline's effect at size 1 and not at size 0
                 assert!(gaps[0] < 1e-6 && gaps[2] > 3.0, "{name}: {gaps:?}");
             } else {
-                // the least lag that can be is 20 ms, so that some of it is left at size 0
+                // the least possible lag is 20 ms, so that some of it is left at size 0
                 assert!(gaps[0] > gaps[1] && gaps[1] > gaps[2] && gaps[2] < 0.1 * gaps[0], "{name}: {gaps:?}");
             }
         }

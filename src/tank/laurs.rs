@@ -1,13 +1,13 @@
-//! LAURS, the paper's vehicle, as the truth of the tank.
+//! LAURS, the paper's vehicle, as the true model of the tank.
 //!
 //! ```text
 //! surge   drag of Table 3, mass, coupling and bias of each run from Table 5, W − B = −33.4 N, η of eq. (17)
-//! yaw     drag of Table 7 by direction of turn, inertia and bias of each run from Tables 9 and 10, k_uv of Table 10
-//! pitch   I_q q̇ = −K sin θ − d_q q − c u|u| + e u + …          nose down with speed, as in Fig. 9b
+//! yaw     drag of Table 7 by direction, inertia and bias of each run from Tables 9 and 10, k_uv of Table 10
+//! pitch   I_q q̇ = −K sin θ − d_q q − c u|u| + e u + …          nose down at speed, as in Fig. 9b
 //! ```
 //!
-//! Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94. What the paper does not give is marked
-//! "assumed" where it stands.
+//! Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94. Values that the paper
+//! does not give are marked "assumed".
 
 use std::sync::Arc;
 
@@ -19,27 +19,28 @@ use crate::symbolic::Expr;
 use crate::units::Dimension;
 use crate::vehicle::Vehicle;
 
-/// Degrees of freedom of the truth: the paper says nothing of roll.
+/// Degrees of freedom of the true model: the paper gives nothing about roll.
 pub(super) const DOFS: [Dof; 5] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Pitch, Dof::Yaw];
 
 /// Slope, s/m, and intercept of equation (17).
 pub(super) const ADVANCE: (f64, f64) = (-0.1946, 0.9967);
-/// η_inter in surge (T5 and T6), sway and heave, Table 2. The paper then sets 1 for its surge runs; the truth has what
-/// it measured. That of heave is for down alone; up is assumed the same.
+/// η_inter in surge (T5 and T6), sway and heave, Table 2. The paper then sets 1 for its surge runs;
+/// the true model has the measured value. That of heave was measured downwards only; upwards it is
+/// assumed to be the same.
 pub(super) const INTERACTION: [(Dof, f64); 3] = [(Dof::Surge, 0.97), (Dof::Sway, 0.90), (Dof::Heave, 0.93)];
-/// Weight less buoyancy, N.
+/// Weight minus buoyancy, N.
 pub(super) const NET_WEIGHT: f64 = -33.4;
 /// Drag in surge under own thrust, Table 3: quadratic, kg/m, and linear, kg/s.
 pub(super) const PROPELLED: (f64, f64) = (309.07, 82.30);
-/// Righting moment, N·m; assumed: with 200 kg·m² a period of 5.6 s.
+/// Righting moment, N·m; assumed: with 200 kg·m² it gives a period of 5.6 s.
 const RIGHTING: f64 = 250.0;
-/// Moments of the speed that hold −12° at 0.81 m/s and −2.63° at 0.47 m/s against the righting moment: the two
-/// equations sin 12° = c u² − e u, solved for c (s²/m²) and e (s/m).
+/// Moments of the speed that hold −12° at 0.81 m/s and −2.63° at 0.47 m/s against the righting
+/// moment: solution of the two equations sin 12° = c u² − e u for c (s²/m²) and e (s/m).
 const NOSE_DOWN: (f64, f64) = (0.467, 0.122);
-/// Virtual mass in sway without a run that tells it, kg; assumed.
+/// Virtual mass in sway if no run determines it, kg; assumed.
 pub(super) const SWAY_MASS: f64 = 590.0;
 
-/// The vehicle as its owners weigh it; W − B is theirs, W itself is 189 kg under standard gravity.
+/// The vehicle data of its owners; W − B is theirs, W itself is 189 kg at standard gravity.
 pub(super) fn vehicle() -> Vehicle {
     Vehicle {
         name: "LAURS".to_string(),
@@ -66,7 +67,7 @@ pub(super) fn steady_command(speed: f64) -> f64 {
     drag / (INTERACTION[0].1 * (slope * speed + intercept))
 }
 
-/// What differs from run to run.
+/// Parameters that differ from run to run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Figures {
     /// m_u, kg.
@@ -163,7 +164,7 @@ pub(super) fn truth(figures: &Figures) -> Result<Model, TankError> {
     Ok(model)
 }
 
-/// Equation (17): what the thrusters lose with the speed of the vehicle, in yaw with its speed ahead.
+/// Equation (17): loss of thrust with the speed of the vehicle, in yaw with its speed ahead.
 #[derive(Debug)]
 pub(super) struct AdvanceLoss;
 
@@ -193,11 +194,11 @@ impl Effect for AdvanceLoss {
     }
 }
 
-/// Table 7: another drag anticlockwise than clockwise.
+/// Table 7: different drag anticlockwise and clockwise.
 #[derive(Debug)]
 struct TurnDrag;
 
-/// Anticlockwise less clockwise: linear, kg·m²/s, and quadratic, kg·m².
+/// Difference anticlockwise minus clockwise: linear, kg·m²/s, and quadratic, kg·m².
 const ANTICLOCKWISE: (f64, f64) = (18.21 - 12.78, 94.72 - 95.32);
 
 impl Effect for TurnDrag {

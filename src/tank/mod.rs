@@ -1,11 +1,13 @@
-//! The virtual tank: vehicles whose truth is known, logged as real ones are.
+//! The virtual tank: vehicles with a known true model, logged like real ones.
 //!
-//! A [`Basin`] sails a [`Trial`] with a true [`Model`](crate::model::Model): the pilot's command goes through the
-//! model's own actuators, body and sensors, so that the tank knows no physics that the regressor does not know. What
-//! is random (noise, disturbance, a vehicle's figures) comes from one seed.
+//! A [`Basin`] runs a [`Trial`] with a true [`Model`](crate::model::Model): the pilot's command
+//! goes through the model's own actuators, body and sensors, so the tank contains no physics that
+//! the regressor does not. All randomness (noise, disturbance, the properties of a vehicle) comes
+//! from one seed.
 //!
-//! [`blind()`] makes campaigns with an effect hidden, for judging whether it is found; [`paper_campaign`] sails the
-//! campaign of the paper; [`captive`] holds a vehicle on load cells.
+//! [`blind()`] makes campaigns with a hidden effect, to test whether it is found;
+//! [`paper_campaign`] simulates the campaign of the paper; [`captive`] holds a vehicle on load
+//! cells.
 
 mod basin;
 mod blind;

@@ -1,4 +1,5 @@
-//! Effects that no catalogue holds, to see what is said of a gap that nothing explains.
+//! Effects that the catalogue does not contain, to test the statements about a gap that nothing
+//! explains.
 //!
 //! ```text
 //! vortex_shedding   Y += c u² sin ϕ,   ϕ̇ = 2π St |u| / D                   St = 0.2
@@ -6,9 +7,9 @@
 //! power_drag@i      −d νᵢ √|νᵢ|                                            between linear and quadratic
 //! ```
 //!
-//! u surge, D breadth, m and a mass and velocity over ground of the water that sloshes along the hull, s its way
-//! from its rest. Sources: Blevins, *Flow-Induced Vibration*, 2nd ed. (1990), ch. 3; Ibrahim, *Liquid Sloshing
-//! Dynamics* (2005), ch. 5.
+//! u: surge; D: breadth; m and a: mass and velocity over ground of the water that sloshes along the
+//! hull, s: its displacement from rest. Sources: Blevins, *Flow-Induced Vibration*, 2nd ed. (1990),
+//! ch. 3; Ibrahim, *Liquid Sloshing Dynamics* (2005), ch. 5.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +23,7 @@ const STROUHAL: f64 = 0.2;
 /// Period of the sloshing, s, and its damping ratio.
 const SLOSHING: (f64, f64) = (3.0, 0.05);
 
-/// A side force at the frequency at which vortices leave the hull.
+/// A side force at the frequency of vortex shedding from the hull.
 #[derive(Debug)]
 pub struct VortexShedding;
 
@@ -116,7 +117,7 @@ fn pull<'g>(at: &Instant<'g>, memory: &[Expr<'g>]) -> Expr<'g> {
     -(omega * omega * memory[0]) - omega * (memory[1] - at.nu[0]) * (2.0 * damping)
 }
 
-/// Drag in proportion to the power 1.5 of the speed.
+/// Drag proportional to the power 1.5 of the speed.
 #[derive(Debug)]
 pub struct PowerDrag;
 
@@ -134,7 +135,8 @@ impl Effect for PowerDrag {
     }
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
-        // the unit of the power 1.5 has no integer exponents: the speed is counted in m/s or rad/s
+        // the unit of the power 1.5 has no integer exponents: the parameter is for speeds in m/s or
+        // rad/s
         vec![ParameterSpec::linear("d_power", Dimension::ONE)]
     }
 

@@ -1,13 +1,15 @@
-//! The paper's campaign, sailed in the tank: bollard pull, towing, constant speeds, oscillations, zig-zags.
+//! The paper's campaign, simulated in the tank: bollard pull, towing, constant speeds,
+//! oscillations, zig-zags.
 //!
 //! ```text
 //! τ_nom = A sin(2πt/P) + B        A, B, P of Tables 5, 6 and 8;   τ_r = ±70.76 and ±67.80 N·m, Table 10
 //! ```
 //!
-//! Each run has the figures that the paper prints for it, so that an estimate can be held against them. Sensors have
-//! the paper's rates; the noise of the velocity is 20 times the instrument's 1 mm/s, as the paper's own trace shows.
-//! Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94. Profiles and lengths of runs that it does
-//! not give are marked "assumed".
+//! Each run has the parameters that the paper prints for it, so that estimates can be compared with
+//! them. Sensors have the paper's rates; the noise of the velocity is 20 times the 1 mm/s of the
+//! instrument, as the paper's own trace shows. Source: Avila, Donha and Adamowski, *Ocean
+//! Engineering* 60 (2013) 81-94. Profiles and lengths of runs that it does not give are marked
+//! "assumed".
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,16 +30,16 @@ use crate::progress;
 use crate::run::{Role, Run, RunKind, Signal};
 use crate::vehicle::{Vehicle, Water};
 
-/// The campaign, with the truth of each run.
+/// The campaign, with the true model of each run.
 #[derive(Debug, Clone)]
 pub struct PaperCampaign {
-    /// The vehicle as its owner knows it.
+    /// The vehicle data known to the owner.
     pub vehicle: Vehicle,
-    /// Degrees of freedom that the campaign asks for; pitch is logged, not modelled.
+    /// Degrees of freedom of the campaign's model; pitch is logged, not modelled.
     pub dofs: Vec<Dof>,
     /// Names of the effects of the baseline; Coriolis coefficients are free.
     pub baseline: Vec<String>,
-    /// W − B, N: held, for it is weighed.
+    /// W − B, N: held, because it is weighed.
     pub net_weight: f64,
     /// η_adv of equation (17): slope, s/m, and intercept; known from tow data.
     pub advance: (f64, f64),
@@ -47,7 +49,7 @@ pub struct PaperCampaign {
     pub truths: Vec<Model>,
 }
 
-/// Degrees of freedom of the campaign.
+/// Degrees of freedom of the campaign's model.
 const ASKED: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
 /// Its baseline.
 const BASELINE: [&str; 12] = [
@@ -64,9 +66,9 @@ const BASELINE: [&str; 12] = [
     "bias@yaw",
     "drag_asymmetry@yaw",
 ];
-/// Surge oscillations: A, B (N), P (s), m_u (kg), X_q̇ (kg·m), b (N) of Table 5; the last, of Table 6, was not
-/// identified: it is assumed to have the figures of the run with its period (its KC then comes out at 6.4, printed
-/// 7.37: the bias is too much for so small a thrust).
+/// Surge oscillations: A, B (N), P (s), m_u (kg), X_q̇ (kg·m), b (N) of Table 5. The last one, of
+/// Table 6, was not identified: it is assumed to have the parameters of the run with the same
+/// period (its KC is then 6.4, printed 7.37: the bias is too large for so small a thrust).
 const SURGE: [[f64; 6]; 5] = [
     [145.3, 185.7, 8.0, 694.1, 192.3, 10.8],
     [145.3, 185.7, 12.0, 750.4, 122.3, 9.05],
@@ -88,26 +90,27 @@ const ZIGZAG: [[f64; 6]; 2] =
 const STEADY_BIAS: [f64; 3] = [-3.66, -1.10, -2.53];
 /// Drag towed, Table 3: quadratic, kg/m, linear, kg/s, bias, N.
 const TOWED: [f64; 3] = [368.48, 10.84, -0.23];
-/// Depth that is held, m; assumed.
+/// Depth of the runs, m; assumed.
 const DEPTH: f64 = 2.0;
 
-/// A free run before it is sailed.
+/// A run of the free vehicle before its simulation.
 struct Plan {
     trial: Trial,
     figures: Figures,
 }
 
-/// Makes the campaign; `noise` is in units of the ordinary one, 0 for perfect sensors.
+/// Makes the campaign; `noise` is a multiple of the ordinary noise, 0 for perfect sensors.
 ///
 /// # Errors
-/// None that a caller can cause; [`TankError`] names what would be wrong with the tank itself.
+/// None that a caller can cause; [`TankError`] names errors of the tank itself.
 pub fn paper_campaign(seed: u64, noise: f64) -> Result<PaperCampaign, TankError> {
     let (mut runs, mut truths) = (Vec::new(), Vec::new());
     for (trial, model) in captives()? {
         progress::look();
         let load = if trial.kind == RunKind::Towing { 0.8 } else { 1.0 };
         let dof = model.dofs[0];
-        // load cells: J of Table 3 is some 0.7 N² towed; 20 Hz assumed. The carriage knows its speed.
+        // load cells: J of Table 3 is some 0.7 N² towed; 20 Hz assumed. The carriage measures its
+        // speed.
         let mut sensors = vec![Sensor::new(dof.load(), 20.0, load * noise)];
         if trial.kind == RunKind::Towing {
             sensors.push(Sensor::new(dof.velocity(), 20.0, 0.001 * noise));
@@ -133,8 +136,9 @@ pub fn paper_campaign(seed: u64, noise: f64) -> Result<PaperCampaign, TankError>
     })
 }
 
-/// The paper's sensors. A precision is taken as two standard deviations; the gyro's noise is assumed. Its bias, below
-/// 2°/h, and the 0.2 % of scale of the velocity are left out: no run shows them.
+/// The paper's sensors. A stated precision is taken as two standard deviations; the noise of the
+/// gyro is assumed. The bias of the gyro, below 2°/h, and the 0.2 % scale error of the velocity are
+/// left out: no run shows them.
 fn sensors(noise: f64) -> Vec<Sensor> {
     let half_degree = f64::to_radians(0.5) * noise;
     let velocity = |name| Sensor::new(name, 3.0, 0.02 * noise).quantum(if noise > 0.0 { 0.001 } else { 0.0 });
@@ -149,10 +153,10 @@ fn sensors(noise: f64) -> Vec<Sensor> {
     ]
 }
 
-/// Bollard pull and towing, each with the one effect that it shows.
+/// Bollard pull and towing; each model contains only the effects that its test shows.
 fn captives() -> Result<Vec<(Trial, Model)>, TankError> {
     let mut list = Vec::new();
-    // the profile of the paper drives four thrusters ahead; that of each group is assumed
+    // the profile of the paper drives four thrusters ahead; the profile of each group is assumed
     for ((dof, eta), (a, b)) in INTERACTION.into_iter().zip([(145.3, 185.7), (120.0, 135.0), (90.0, 110.0)]) {
         let mut model = Model::with_effects(&[dof], Coriolis::Free, &["inertia", "thrust_interaction_loss"])?;
         model.set(&format!("inertia@{dof}"), 189.0);
@@ -181,14 +185,14 @@ fn trial(name: &str, kind: RunKind, duration: f64, laws: Vec<(Dof, Law)>) -> Tri
     Trial { name, kind, role: Role::Train, duration, pilot: Pilot::new(laws), start, channels: BTreeMap::new() }
 }
 
-/// The law that holds a depth or a heading. Assumed: stiff enough that the depth stays within some 5 cm although the
-/// vehicle sails nose down.
+/// The law that holds a depth or a heading. Assumed: stiff enough to keep the depth within some
+/// 5 cm although the vehicle moves nose down.
 fn hold(dof: Dof, target: f64) -> (Dof, Law) {
     let (stiffness, damping) = if dof == Dof::Heave { (1000.0, 1000.0) } else { (150.0, 200.0) };
     (dof, Law::Hold { target, stiffness, damping })
 }
 
-/// The command that the buoyancy asks for, N.
+/// The command that balances the buoyancy, N.
 fn down() -> (Dof, Law) {
     (Dof::Heave, Law::constant(-NET_WEIGHT / (INTERACTION[2].1 * ADVANCE.1)))
 }
@@ -211,7 +215,8 @@ fn plans() -> Vec<Plan> {
     list
 }
 
-/// Constant commands; their sizes and lengths are assumed, to reach from 0.2 m/s to 0.8 m/s and both ways in yaw.
+/// Constant commands; their sizes and lengths are assumed, chosen to cover 0.2 m/s to 0.8 m/s and
+/// both directions in yaw.
 fn steady() -> Vec<Plan> {
     let mut list = Vec::new();
     let mut push = |dof: Dof, number: usize, force: f64, figures: Figures| {
@@ -222,7 +227,7 @@ fn steady() -> Vec<Plan> {
         if dof != Dof::Yaw {
             laws.push(hold(Dof::Yaw, 0.0));
         }
-        // in heave there is not more water than for this
+        // in heave the depth of the water limits the run
         let (length, depth) = match dof {
             Dof::Heave if force < 0.0 => (25.0, 10.0),
             Dof::Heave => (25.0, 1.0),
@@ -246,14 +251,15 @@ fn steady() -> Vec<Plan> {
     list
 }
 
-/// Sines about an offset, four periods and at least a minute; those of sway and heave are assumed.
+/// Sines about an offset, for four periods and at least a minute; those of sway and heave are
+/// assumed.
 fn oscillatory() -> Vec<Plan> {
     let mut list = Vec::new();
     let length = |period: f64| (4.0 * period).max(60.0);
     for (k, [a, b, period, surge_mass, coupling, surge_bias]) in SURGE.into_iter().enumerate() {
         let laws = vec![(Dof::Surge, Law::sine(b, a, period)), down(), hold(Dof::Heave, DEPTH), hold(Dof::Yaw, 0.0)];
         let mut trial = trial(&format!("surge_{}", k + 1), RunKind::Oscillatory, length(period), laws);
-        // the profile that Table 6 predicts without having used it
+        // Table 6 predicts this profile without using it
         trial.role = if k == 4 { Role::Validate } else { Role::Train };
         list.push(Plan { trial, figures: Figures { surge_mass, coupling, surge_bias, ..Figures::default() } });
     }
@@ -278,7 +284,7 @@ impl PaperCampaign {
     /// Writes the campaign to a folder, with the true values of each run in `truth.json`.
     ///
     /// # Errors
-    /// [`FolderError`] when the folder or a file cannot be written.
+    /// [`FolderError`] if the folder or a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), FolderError> {
         let (slope, intercept) = self.advance;
         let tables = CampaignTables {
@@ -345,8 +351,8 @@ mod tests {
         Model::with_effects(&campaign.dofs, Coriolis::Free, &baseline).unwrap();
     }
 
-    /// Fig. 9b: the nose goes down to −12° at 0.81 m/s and stays under 2.63° below 0.47 m/s; Fig. 7: −10.25° at
-    /// 0.748 m/s, read here to 0.6°.
+    /// Fig. 9b: the pitch reaches −12° at 0.81 m/s and stays within 2.63° below 0.47 m/s; Fig. 7:
+    /// −10.25° at 0.748 m/s, read here to 0.6°.
     #[test]
     fn paper_pitch_follows_the_speed() {
         for (speed, degrees, within) in [(0.81, -12.0, 0.1), (0.47, -2.63, 0.1), (0.748, -10.25, 0.6)] {
@@ -361,7 +367,8 @@ mod tests {
         }
     }
 
-    /// Steady speeds satisfy equations (18) and (19) with the truth's figures, and so the recipe of the paper.
+    /// Steady speeds satisfy equations (18) and (19) with the true parameters, and so the procedure
+    /// of the paper.
     #[test]
     fn law_steady_runs_lie_on_the_drag_curve() {
         let campaign = campaign(0.0);
@@ -377,8 +384,9 @@ mod tests {
         assert!((mean(last(towed, "load_u", 1.0)) - expected).abs() < 1e-9);
     }
 
-    /// KC = U_m P/L_c of Table 5: the motions of the tank are those of the paper's vehicle. The paper's own thrust is
-    /// 3 % stronger (η_inter = 1), its pitch is not known: U_m within 6 %.
+    /// KC = U_m P/L_c of Table 5: the motions in the tank are those of the paper's vehicle. The
+    /// paper's own thrust is 3 % stronger (η_inter = 1), and its pitch is not known: U_m agrees
+    /// within 6 %.
     #[test]
     fn paper_oscillations_reach_the_printed_speeds() {
         let campaign = campaign(0.0);
@@ -390,7 +398,8 @@ mod tests {
         }
     }
 
-    /// The yaw turns within a bound, the speed falls from its start, and each run's truth is what Table 10 prints.
+    /// The heading stays within a bound, the speed starts at its given value, and each run's true
+    /// k_uv is that of Table 10.
     #[test]
     fn paper_zigzags_are_bounded() {
         let campaign = campaign(0.0);

@@ -1,8 +1,8 @@
-//! The pilot: forces as functions of time and of what is measured.
+//! The pilot: forces as functions of time and measured motion.
 //!
 //! ```text
 //! sine        τ = B + A sin(2πt/P + φ)              multi-sine   τ = B + Σ A sin(2πt/P + φ)
-//! zig-zag     τ = ±M, flips when |ψ − ψ₀| ≥ ψ_max
+//! zig-zag     τ = ±M, changes sign when |ψ − ψ₀| ≥ ψ_max
 //! heading     τ = k (ψ₀ − ψ) − d r                  depth        τ = k (z₀ − z) − d w
 //! ```
 //!
@@ -14,7 +14,8 @@ use std::sync::Arc;
 
 use crate::frame::Dof;
 
-/// What the pilot sees: as the sensors say, but without their noise. A degree of freedom that is not simulated reads 0.
+/// Motion that the pilot sees: that of the sensors, but without noise. A degree of freedom that is
+/// not simulated reads 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measured {
     /// ν, m/s and rad/s.
@@ -23,7 +24,7 @@ pub struct Measured {
     pub pose: [f64; 6],
 }
 
-/// Sine of a profile.
+/// A sine of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine {
     /// Amplitude A, N or N·m.
@@ -41,13 +42,13 @@ impl Sine {
     }
 }
 
-/// A force as a function of time and of what is measured; function for [`Law::Function`].
+/// A force as a function of time and measured motion, for [`Law::Function`].
 pub type Profile = dyn Fn(f64, &Measured) -> f64 + Send + Sync;
 
-/// What the pilot does in one degree of freedom.
+/// Control law in one degree of freedom.
 #[derive(Clone)]
 pub enum Law {
-    /// Offset B, N or N·m, and sines; none for a constant force.
+    /// Offset B, N or N·m, and sines; no sines for a constant force.
     Sines(f64, Vec<Sine>),
     /// Zig-zag.
     Zigzag {
@@ -67,7 +68,7 @@ pub enum Law {
         /// d, N·s/m or N·m·s/rad.
         damping: f64,
     },
-    /// Anything else.
+    /// Any other function.
     Function(Arc<Profile>),
 }
 
@@ -94,12 +95,12 @@ impl Law {
     }
 }
 
-/// Laws of a trial; several in one degree of freedom add up.
+/// Laws of a trial; several laws in one degree of freedom add up.
 #[derive(Debug, Clone, Default)]
 pub struct Pilot {
     /// Each law with its degree of freedom.
     pub laws: Vec<(Dof, Law)>,
-    /// Sense in which each zig-zag turns, +1 or −1; nothing for other laws.
+    /// Direction in which each zig-zag turns, +1 or −1; unused for other laws.
     turns: Vec<f64>,
 }
 
@@ -109,7 +110,7 @@ impl Pilot {
         Pilot { turns: vec![1.0; laws.len()], laws }
     }
 
-    /// The command for the instant `t`, N and N·m, seen `seen`.
+    /// The command for the instant `t`, N and N·m, with the motion `seen`.
     pub fn command(&mut self, t: f64, seen: &Measured) -> [f64; 6] {
         let mut tau = [0.0; 6];
         for ((dof, law), turn) in self.laws.iter().zip(&mut self.turns) {
@@ -121,7 +122,7 @@ impl Pilot {
                 Law::Zigzag { moment, centre, bound } => {
                     let off = seen.pose[i] - centre;
                     if off.abs() >= *bound {
-                        // back towards the centre, whichever sign the moment has
+                        // back towards the centre, whatever the sign of the moment
                         *turn = -off.signum() * moment.signum();
                     }
                     *turn * moment

@@ -1,5 +1,6 @@
-//! The true vehicle, one step at a time: classical Runge-Kutta on the compiled rates of a model, for simulations in
-//! which the command is not known beforehand. It holds no physics of its own.
+//! The true vehicle, integrated step by step: classical Runge-Kutta on the compiled rates of a
+//! model, for simulations in which the command is not known beforehand. It contains no physics of
+//! its own.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +10,20 @@ use crate::run::Signal;
 use crate::simd::Plain;
 use crate::symbolic::{Leaf, Registers};
 
-/// Commands so far, one row a tick of the control.
+/// Commands so far, one row per tick of the control.
 #[derive(Debug, Clone)]
 pub(super) struct Commands {
     /// Time from tick to tick, s.
     pub(super) period: f64,
-    /// What happens between ticks.
+    /// Interpolation between ticks.
     pub(super) input: Interpolation,
     /// Forces at the ticks, N and N·m.
     pub(super) rows: Vec<[f64; 6]>,
 }
 
 impl Commands {
-    /// Value and slope at `t`, seen from the side of `within`, an instant of the same step of the integrator.
+    /// Value and slope at `t`; at a jump those on the side of `within`, an instant of the same
+    /// integration step.
     fn read(&self, dof: usize, t: f64, within: f64) -> (f64, f64) {
         let last = self.rows.len() - 1;
         if within < 0.0 {
@@ -62,7 +64,7 @@ impl<'a> Machine<'a> {
         let plan = &self.functions.plan;
         for (slot, source) in self.functions.sources.iter().enumerate() {
             match *source {
-                // memory that has not begun yet is read by nothing
+                // memory that has not started yet is read by nothing
                 Source::State(k) => plan.set(&mut self.registers, slot, [x.get(k).copied().unwrap_or(0.0)]),
                 Source::Input(k) => plan.set(&mut self.registers, slot, [input[k]]),
                 Source::Parameter(_) => {}
@@ -73,7 +75,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// A vehicle under way.
+/// A vehicle during its simulation.
 #[derive(Debug)]
 pub(super) struct Plant<'a> {
     dynamics: &'a Dynamics,
@@ -104,14 +106,14 @@ impl<'a> Plant<'a> {
         plant
     }
 
-    /// What the sensors would say now, in the order of the outputs of the dynamics.
+    /// The outputs of the dynamics at the current instant, in their order.
     pub(super) fn observe(&mut self) -> Vec<f64> {
         let input = self.inputs(self.time, self.time);
         self.observation.evaluate(&self.state, &input)
     }
 
-    /// Sails on to the instant `end` in steps of at most `longest`, none of which reaches across a tick of the command, as
-    /// late as a delay brings it.
+    /// Integrates up to the instant `end` in steps of at most `longest`. No step crosses a tick of
+    /// the command, nor a tick shifted by a delay.
     pub(super) fn sail(&mut self, end: f64, longest: f64) {
         let mut stops = Vec::new();
         for late in self.dynamics.delays().iter().map(|p| self.theta[*p]).chain([0.0]) {
@@ -152,7 +154,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Inputs at `t`; where one jumps, those of the side of `within`.
+    /// Inputs at `t`; at a jump those on the side of `within`.
     fn inputs(&self, t: f64, within: f64) -> Vec<f64> {
         let read = |(leaf, name): &(Leaf, String)| {
             let (slope, late) = match *leaf {
@@ -174,7 +176,7 @@ impl<'a> Plant<'a> {
     }
 }
 
-/// Value and slope of the straight lines through the samples, constant outside of them.
+/// Value and slope of the linear interpolation between the samples, constant outside of them.
 pub(super) fn line(signal: &Signal, t: f64, within: f64) -> (f64, f64) {
     let (time, x) = (signal.time(), signal.values());
     let k = time.partition_point(|s| *s <= within);

@@ -1,10 +1,11 @@
-//! A sensor: its own rate, noise, colour, resolution and latency.
+//! A sensor: its sample rate, noise, noise correlation, resolution and latency.
 //!
 //! ```text
 //! tⱼ = j / rate        yⱼ = round_q(x(tⱼ − latency) + σ eⱼ)        q: quantum, σ: noise, e: white or AR(1)
 //! ```
 //!
-//! What a sensor gets wrong systematically (bias, scale, misalignment) is an effect of the model, not of this file.
+//! Systematic errors of a sensor (bias, scale, misalignment) are effects of the model and not
+//! simulated here.
 
 use super::Noise;
 use crate::run::Signal;
@@ -14,7 +15,7 @@ use crate::run::Signal;
 pub struct Sensor {
     /// Channel that it logs: a state of the model or an auxiliary channel of the trial.
     pub channel: String,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub rate: f64,
     /// Standard deviation of its noise, in the channel's unit.
     pub noise: f64,
@@ -22,7 +23,7 @@ pub struct Sensor {
     pub colour: f64,
     /// Resolution, in the channel's unit; 0 for none.
     pub quantum: f64,
-    /// Age of what it logs, s.
+    /// Age of the logged values, s.
     pub latency: f64,
 }
 
@@ -32,34 +33,35 @@ impl Sensor {
         Sensor { channel: channel.into(), rate, noise, colour: 0.0, quantum: 0.0, latency: 0.0 }
     }
 
-    /// With coloured noise.
+    /// The sensor with coloured noise.
     pub fn colour(self, colour: f64) -> Sensor {
         Sensor { colour, ..self }
     }
 
-    /// With a resolution.
+    /// The sensor with a resolution.
     pub fn quantum(self, quantum: f64) -> Sensor {
         Sensor { quantum, ..self }
     }
 
-    /// With a latency, s.
+    /// The sensor with a latency, s.
     pub fn latency(self, latency: f64) -> Sensor {
         Sensor { latency, ..self }
     }
 
     /// Time stamps from 0 to `duration`, s.
     pub fn stamps(&self, duration: f64) -> Vec<f64> {
-        // the last stamp may exceed the end by rounding alone
+        // the last stamp may exceed the end only by rounding
         let last = (duration * self.rate * (1.0 + 1e-12)).floor() as usize;
         (0..=last).map(|j| j as f64 / self.rate).collect()
     }
 
-    /// Instants of which the samples tell, s; before the start the vehicle lies as at the start.
+    /// Instants whose values the samples report, s; before the start the vehicle is in its initial
+    /// state.
     pub fn instants(&self, duration: f64) -> Vec<f64> {
         self.stamps(duration).into_iter().map(|t| (t - self.latency).clamp(0.0, duration)).collect()
     }
 
-    /// The log of this sensor, given the true values at its [`Sensor::instants`].
+    /// The log of this sensor for the true values at its [`Sensor::instants`].
     pub fn log(&self, truth: &[f64], noise: &mut Noise) -> Signal {
         let errors = noise.coloured(truth.len(), self.colour);
         let read = |(x, e): (&f64, &f64)| {

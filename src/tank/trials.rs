@@ -1,9 +1,9 @@
-//! The trials of a blind campaign: each degree of freedom alone, a zig-zag, everything at once.
+//! The trials of a blind campaign: each degree of freedom alone, a zig-zag, all together.
 //!
 //! ```text
-//! 0 surge, thrust of one sign   1 surge   2 sway   3 yaw   4 zig-zag   5 all, multi-sine            train
-//! 6 zig-zag   7 all, multi-sine   8 surge                                                           validate
-//! 9 heave   10 roll   11 pitch  train,   12 all, multi-sine  validate                               6 DOF only
+//! 0 surge, thrust of one sign   1 surge   2 sway   3 yaw   4 zig-zag   5 all, multi-sine         train
+//! 6 zig-zag   7 all, multi-sine   8 surge                                                        validate
+//! 9 heave   10 roll   11 pitch  train,   12 all, multi-sine  validate                            6 DOF only
 //! ```
 
 use std::collections::BTreeMap;
@@ -13,14 +13,15 @@ use super::{Craft, Law, Measured, Noise, Pilot, Sine, Trial};
 use crate::frame::Dof;
 use crate::run::{Role, RunKind, Signal};
 
-/// Periods of the multi-sines, s: no two in a simple ratio.
+/// Periods of the multi-sines, s: no two have a simple ratio.
 const PERIODS: [f64; 9] = [31.0, 19.0, 11.3, 27.0, 16.3, 9.1, 23.0, 14.1, 7.3];
-/// Bound of the zig-zags, rad.
+/// Heading bound of the zig-zags, rad.
 const BOUND: f64 = PI / 3.0;
-/// Supply voltage at the start of the first run and its fall over one run and from run to run, V.
+/// Supply voltage at the start of the first run, and its decrease over one run and from run to run,
+/// V.
 const SUPPLY: [f64; 3] = [16.6, 1.6, 0.12];
 
-/// All trials; those of six degrees of freedom hold their depth.
+/// All trials; those in six degrees of freedom hold their depth.
 pub(super) fn trials(craft: &Craft, six: bool, duration: f64, noise: &mut Noise) -> Vec<Trial> {
     let number = if six { 13 } else { 9 };
     (0..number).map(|k| trial(craft, six, duration, k, noise)).collect()
@@ -29,7 +30,7 @@ pub(super) fn trials(craft: &Craft, six: bool, duration: f64, noise: &mut Noise)
 fn trial(craft: &Craft, six: bool, duration: f64, k: usize, noise: &mut Noise) -> Trial {
     let force = craft.force.map(|f| f * noise.between(0.9, 1.05));
     let heading = noise.between(-PI, PI);
-    // where it is simulated, a heave run goes some 2 m up and down
+    // if heave is simulated, a heave run moves some 2 m up and down
     let depth = noise.between(1.0, 4.0) + if six { 2.0 } else { 0.0 };
     let period = |typical: f64, noise: &mut Noise| typical * noise.between(0.9, 1.1);
     let zigzag = |moment: f64| Law::Zigzag { moment, centre: heading, bound: BOUND };
@@ -73,7 +74,7 @@ fn alone(dof: Dof, amplitude: f64, period: f64) -> (RunKind, Vec<(Dof, Law)>) {
     (RunKind::Oscillatory, vec![(dof, Law::sine(0.0, amplitude, period))])
 }
 
-/// Multi-sines in every degree of freedom, each with three periods of its own.
+/// Multi-sines in every degree of freedom, each with its own three periods.
 fn everything(force: &[f64; 6], six: bool, noise: &mut Noise) -> Vec<(Dof, Law)> {
     let dofs: &[Dof] = if six { &Dof::ALL } else { &[Dof::Surge, Dof::Sway, Dof::Yaw] };
     let law = |(n, dof): (usize, &Dof)| {
@@ -93,7 +94,8 @@ fn everything(force: &[f64; 6], six: bool, noise: &mut Noise) -> Vec<(Dof, Law)>
     dofs.iter().enumerate().map(law).collect()
 }
 
-/// What is logged beside the motion: the supply that sags and, where they are not simulated, depth, roll and pitch.
+/// Channels that are logged beside the motion: the decreasing supply voltage and, if they are not
+/// simulated, depth, roll and pitch.
 fn surroundings(six: bool, depth: f64, duration: f64, k: usize, noise: &mut Noise) -> BTreeMap<String, Signal> {
     let volts = SUPPLY[0] - SUPPLY[2] * k as f64;
     let supply = Signal::new(vec![0.0, duration].into(), vec![volts, volts - SUPPLY[1]]);

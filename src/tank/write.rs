@@ -1,4 +1,5 @@
-//! A campaign of the tank as a folder: `campaign.toml`, one CSV a run, and the truth in `truth.json`.
+//! A campaign of the tank as a folder: `campaign.toml`, one CSV per run, and the true values in
+//! `truth.json`.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,13 +17,13 @@ use crate::model::{Interpolation, Model};
 use crate::run::{Role, Run, RunKind};
 use crate::vehicle::{Vehicle, Water};
 
-/// Why a campaign was not written.
+/// Error while a campaign is written.
 #[derive(Debug, Error)]
 pub enum FolderError {
     /// A file or the folder cannot be made.
     #[error("{file}: {source}")]
     File {
-        /// Which.
+        /// Its name.
         file: String,
         /// The system's reason.
         source: std::io::Error,
@@ -35,7 +36,7 @@ pub enum FolderError {
     Toml(#[from] toml::ser::Error),
 }
 
-/// The campaign file, as far as the tank has something to say in it.
+/// The campaign file, as far as the tank fills it.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct CampaignTables {
     pub(super) format: u32,
@@ -73,7 +74,7 @@ pub(super) struct AdvanceTables {
 
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct LogTables {
-    /// `no_sample` where sensors have rates of their own.
+    /// `no_sample` if sensors have different rates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) missing: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -101,7 +102,8 @@ impl RunTables {
     }
 }
 
-/// The true values of a model: effect, symbol, value, unit, and the values in each run where they differ.
+/// The true values of a model: effect, symbol, value, unit, and the values in each run if they
+/// differ.
 pub(super) fn values(model: &Model) -> Value {
     let value = |p: &crate::model::Parameter| {
         let mut entry = json!({
@@ -118,7 +120,7 @@ pub(super) fn values(model: &Model) -> Value {
     model.parameters.iter().map(value).collect()
 }
 
-/// Writes the folder; what is there already is replaced.
+/// Writes the folder; existing files are replaced.
 pub(super) fn write_folder(
     folder: &Path,
     tables: &CampaignTables,
@@ -145,11 +147,11 @@ pub(super) fn write_folder(
 }
 
 impl Blind {
-    /// Writes the campaign to a folder, with what is hidden and the true values in `truth.json`; files that are there
-    /// already are replaced.
+    /// Writes the campaign to a folder, with the hidden effects and the true values in
+    /// `truth.json`; existing files are replaced.
     ///
     /// # Errors
-    /// [`FolderError`] when the folder or a file cannot be written.
+    /// [`FolderError`] if the folder or a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), FolderError> {
         let tables = CampaignTables {
             format: 1,
@@ -174,14 +176,14 @@ impl Blind {
 /// Makes a blind campaign and writes it to a folder.
 ///
 /// # Errors
-/// [`WriteBlindError`]: what [`super::blind()`] and [`Blind::write`] say.
+/// [`WriteBlindError`]: the errors of [`super::blind()`] and [`Blind::write`].
 pub fn write_blind(folder: &Path, options: &super::BlindOptions) -> Result<Blind, WriteBlindError> {
     let campaign = super::blind(options)?;
     campaign.write(folder)?;
     Ok(campaign)
 }
 
-/// Why there is no blind campaign in the folder.
+/// Error while a blind campaign is made and written.
 #[derive(Debug, Error)]
 pub enum WriteBlindError {
     /// It could not be made.

@@ -1,4 +1,4 @@
-//! What the server answers, and how it says no.
+//! Answers and refusals of the server.
 
 use serde::Serialize;
 
@@ -9,13 +9,13 @@ use crate::finding::Finding;
 /// An answer to a request.
 #[derive(Debug)]
 pub(super) struct Answer {
-    /// Status of HTTP.
+    /// HTTP status.
     pub status: u16,
     /// Media type.
     pub media: &'static str,
-    /// What it holds.
+    /// Content.
     pub body: Vec<u8>,
-    /// What the browser may load for it.
+    /// Content security policy: what the browser may load.
     pub policy: String,
 }
 
@@ -25,7 +25,7 @@ impl Answer {
         Answer::with_status(200, result)
     }
 
-    /// A page of HTML under its own policy of content.
+    /// An HTML page with its own content security policy.
     pub fn page(html: String, policy: String) -> Answer {
         Answer { status: 200, media: "text/html; charset=utf-8", body: html.into_bytes(), policy }
     }
@@ -39,14 +39,14 @@ impl Answer {
     }
 }
 
-/// Why something was not done.
+/// A refused request.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Refusal {
     #[serde(skip)]
     pub status: u16,
     /// What is wrong and what to do.
     pub message: String,
-    /// The findings behind it, as in the command line.
+    /// Findings with the reasons, as on the command line.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
 }
@@ -66,17 +66,17 @@ impl Refusal {
         Refusal::new(403, message)
     }
 
-    /// There is no such thing.
+    /// The requested object does not exist.
     pub fn absent(message: impl Into<String>) -> Refusal {
         Refusal::new(404, message)
     }
 
-    /// It does not go together with what is there.
+    /// The request conflicts with the current state.
     pub fn conflict(message: impl Into<String>) -> Refusal {
         Refusal::new(409, message)
     }
 
-    /// More than is read.
+    /// The request exceeds the maximum size.
     pub fn too_large(message: impl Into<String>) -> Refusal {
         Refusal::new(413, message)
     }
@@ -86,7 +86,7 @@ impl Refusal {
         Refusal::new(422, message)
     }
 
-    /// The server is at fault.
+    /// The server failed.
     pub fn failed(message: impl Into<String>) -> Refusal {
         Refusal::new(500, message)
     }

@@ -1,4 +1,4 @@
-//! The columns of a log: what each is taken for, and the light that the check gives it.
+//! The columns of a log: the channel of each, and the light that the check gives it.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::log::LogOptions;
 use crate::log::columns::{quantity, split_header};
 use crate::log::options::ColumnSource;
 
-/// Values that are shown of each column.
+/// Number of values shown of each column.
 const SAMPLES: usize = 3;
 
 #[derive(Serialize)]
@@ -28,14 +28,14 @@ struct Columns {
     files: Vec<File>,
     /// Names that a column can be given.
     channels: Vec<Channel>,
-    /// What there is to say of the log and of no column that is there.
+    /// Findings about the log that belong to none of its columns.
     findings: Vec<Finding>,
 }
 
 #[derive(Serialize)]
 struct File {
     file: String,
-    /// Where its options stand: `[log]`, or a table of its own.
+    /// Place of its options: `[log]`, or a table of its own.
     options: &'static str,
     columns: Vec<Column>,
 }
@@ -45,7 +45,7 @@ struct Column {
     header: String,
     samples: Vec<String>,
     channel: String,
-    /// Whether the channel has a meaning of its own.
+    /// Whether the channel is a known quantity.
     known: bool,
     unit: String,
     sign: i8,
@@ -59,7 +59,7 @@ struct Channel {
     units: Vec<&'static str>,
 }
 
-/// Options under which a log of a run is read, and where they stand.
+/// The options with which a log of a run is read, and their place.
 fn options<'a>(campaign: &'a CampaignFile, index: usize, run: &'a RunTable, file: usize) -> (&'a LogOptions, Place) {
     match (&run.files[file].log, &run.log) {
         (Some(own), _) => (own, Place::File(index, file)),
@@ -68,7 +68,7 @@ fn options<'a>(campaign: &'a CampaignFile, index: usize, run: &'a RunTable, file
     }
 }
 
-/// The channel that a header stands for, with what the options say of it.
+/// The channel of a header, with its entry in the options.
 fn channel_of<'a>(header: &'a str, options: &'a LogOptions) -> (&'a str, Option<&'a ColumnSource>) {
     let base = split_header(header).0;
     let said = options.columns.iter().find(|(_, source)| is_of(source, header));
@@ -142,7 +142,8 @@ fn column(header: &str, samples: Vec<String>, options: &LogOptions, told: &[&Fin
     }
 }
 
-/// Names to choose from: the known ones, as many thrusters as there are columns, and those of the log itself.
+/// Names to choose from: the known channels, and as many thrusters as there are columns, at most
+/// 12.
 fn channels(files: &[File]) -> Vec<Channel> {
     let mut names: Vec<String> = vec!["t".into()];
     for list in [Dof::velocity, Dof::position, Dof::force] {
@@ -157,16 +158,16 @@ fn channels(files: &[File]) -> Vec<Channel> {
     names.into_iter().map(|name| Channel { units: units(&name), name }).collect()
 }
 
-/// What a column is taken for from now on.
+/// The new assignment of a column.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Mapping {
     log: String,
-    /// Which of the logs of a run of several.
+    /// Index of the log, if the run has several.
     #[serde(default)]
     file: usize,
     header: String,
-    /// Its channel; empty to keep it under its own name.
+    /// Its channel; empty to keep the column's own name.
     channel: String,
     #[serde(default)]
     unit: Option<String>,
@@ -174,7 +175,7 @@ pub(super) struct Mapping {
     flipped: bool,
 }
 
-/// Maps a column, for every run of its log.
+/// Assigns a column, for every run of its log.
 pub(super) fn set(workspace: &Workspace, mapping: &Mapping) -> Result<(), Refusal> {
     let campaign = workspace.campaign_file()?;
     let runs = runs_of(&campaign, &mapping.log)?;

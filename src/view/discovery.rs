@@ -1,4 +1,4 @@
-//! The search for what the model lacks, and taking a name that it found into the campaign.
+//! The search for missing effects, and the adoption of a found effect into the campaign.
 
 use std::sync::Arc;
 
@@ -13,13 +13,13 @@ use crate::finding::Finding;
 use crate::report::figure;
 use crate::report_content::gap_figure;
 
-/// What was found, and of which campaign.
+/// Result of a search, with the stamp of its campaign.
 pub(super) struct Found {
     pub stamp: String,
     pub discovery: Discovery,
 }
 
-/// Begins to search.
+/// Starts the search.
 pub(super) fn begin(workspace: &Arc<Workspace>) -> Result<Answer, Refusal> {
     let shared = workspace.clone();
     let number = workspace.discovery.begin(move |_| {
@@ -30,7 +30,7 @@ pub(super) fn begin(workspace: &Arc<Workspace>) -> Result<Answer, Refusal> {
     Ok(Answer::json(&serde_json::json!({"number": number})))
 }
 
-/// Places that are shown; the JSON of the command line has them all.
+/// Number of places that are shown; the JSON of the command line contains all.
 const PLACES: usize = 5;
 
 #[derive(Serialize)]
@@ -50,7 +50,7 @@ struct Shown<'a> {
     warnings: &'a [Finding],
 }
 
-/// The last search; `null` where there is none.
+/// The last search; `null` if there is none.
 pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     let Some(found) = workspace.discovery.result() else { return Ok(Answer::json(&None::<Shown<'_>>)) };
     let of = &found.discovery;
@@ -69,7 +69,8 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     }))
 }
 
-/// Takes a name into the campaign, and runs that took part in the search into the fit, as `discover --adopt` does.
+/// Adds an effect to the campaign, and the runs that took part in the search to the fit, as
+/// `discover --adopt` does.
 pub(super) fn adopt(workspace: &Workspace, name: &str) -> Result<(), Refusal> {
     let took_part = workspace.discovery.result().map_or_else(Vec::new, |found| found.discovery.took_part.clone());
     workspace.edit(|text| {

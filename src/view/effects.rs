@@ -1,4 +1,4 @@
-//! Effects that the model may hold, and switching them on and off.
+//! Effects that the model can contain, and the switch for each.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub(super) struct Family {
     effects: Vec<Listed>,
 }
 
-/// An effect with the places where it may stand.
+/// An effect with its possible places.
 #[derive(Serialize)]
 struct Listed {
     id: String,
@@ -29,14 +29,14 @@ struct Listed {
 /// An effect at a place.
 #[derive(Serialize)]
 struct Listing {
-    /// As it stands in a campaign: `id`, `id@dof`.
+    /// Name in a campaign: `id`, `id@dof`.
     name: String,
-    /// The place in a word; empty for the whole vehicle.
+    /// The place in words; empty for the whole vehicle.
     place: String,
     on: bool,
 }
 
-/// Whether the model holds an effect at a place.
+/// Whether the model contains an effect at a place.
 fn stands(listed: &[EffectName], id: &str, place: Place) -> bool {
     listed
         .iter()
@@ -51,7 +51,8 @@ fn word(place: Place) -> String {
     }
 }
 
-/// All effects of a campaign: those of the catalogue, those of single thrusters that it lists, its own.
+/// All effects of a campaign: those of the catalogue, those of single thrusters that it lists, and
+/// its own.
 pub(super) fn families(file: &CampaignFile) -> Vec<Family> {
     let listed = &file.model.effects;
     let mut families: Vec<Family> = Vec::new();

@@ -1,4 +1,5 @@
-//! The fit and its overlay on the runs: a first look by a quick estimator within a moment, then the campaign's own.
+//! The fit and its overlay on the runs: quickly a first result of a fast estimator, then that of
+//! the campaign's estimator.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,10 +17,10 @@ use crate::report::{Label, Style, estimate, figure, unit};
 use crate::report_content::motion_figure;
 use crate::run::{Role, RunKind};
 
-/// A fit, and what the model says of the runs.
+/// A fit with its comparison and simulation of the runs.
 pub(super) struct Fitted {
     stamp: String,
-    /// Whether the campaign's own estimator is still at work.
+    /// Whether the campaign's own estimator is still running.
     first_look: bool,
     seconds: f64,
     fit: Fit,
@@ -35,16 +36,17 @@ fn fitted(campaign: &Campaign, estimator: Option<Estimator>) -> Result<(Fit, Vec
     Ok((fit, disagreements, simulation))
 }
 
-/// Estimators of a first look, the quickest first: integral least squares needs velocities.
+/// Estimators for the first result, the fastest first: integral least squares needs velocities.
 const QUICK: &[Estimator] = &[Estimator::Integral, Estimator::OutputError];
 
-/// Whether a quick estimator says something before the one that the campaign asks for: filter error alone takes long.
+/// Whether a fast estimator gives a first result before the campaign's estimator: only filter error
+/// takes long.
 fn looks_first(campaign: &Campaign) -> bool {
     let captive = campaign.runs.iter().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
     !captive && campaign.options.estimator.is_none_or(|estimator| estimator == Estimator::FilterError)
 }
 
-/// Begins to fit the campaign as it is now.
+/// Starts the fit of the current campaign.
 pub(super) fn begin(workspace: &Arc<Workspace>) -> Result<Answer, Refusal> {
     let shared = workspace.clone();
     let number = workspace.fit.begin(move |early| {
@@ -87,9 +89,9 @@ struct Parameter<'a> {
     #[serde(flatten)]
     parameter: &'a FitParameter,
     common_name: String,
-    /// The symbol with its marks, as HTML.
+    /// The symbol with its markup, as HTML.
     symbol: String,
-    /// Value and standard deviation as people read them.
+    /// Value and standard deviation in the format for people.
     text: String,
     shown_unit: String,
 }
@@ -101,7 +103,8 @@ struct Run<'a> {
     measured: Vec<&'a Disagreement>,
 }
 
-/// The last fit; `null` where there is none, which a newer one may have taken away meanwhile.
+/// The last fit; `null` if there is none, for example because a newer one has replaced it and
+/// failed.
 pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     let Some(fitted) = workspace.fit.result() else { return Ok(Answer::json(&None::<Shown<'_>>)) };
     let Fitted { stamp, first_look, seconds, fit, disagreements, simulation } = &*fitted;
@@ -141,7 +144,8 @@ struct Overlay {
     figures: Vec<String>,
 }
 
-/// Measured and simulated motion of a run: a figure a degree of freedom, and none of a run that the last fit does not know.
+/// Measured and simulated motion of a run: one figure per degree of freedom; none for a run that
+/// the last fit does not contain.
 pub(super) fn overlay(workspace: &Workspace, run: &str) -> Result<Answer, Refusal> {
     let fitted = workspace.fit.result();
     let known =

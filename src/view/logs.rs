@@ -1,5 +1,5 @@
-//! Logs that are dropped on the page: kept beside the campaign, never over another file, and made runs of it as `init`
-//! makes them.
+//! Logs that are dropped on the page: stored beside the campaign, never over another file, and
+//! added to it as runs as `init` does.
 
 use std::io::Read;
 use std::path::Path;
@@ -12,18 +12,18 @@ use super::workspace::{Workspace, plain_name};
 use crate::atomic_file;
 use crate::campaign::{self, InitFacts, InitRequest};
 
-/// Most bytes of a log.
+/// Maximum size of a log, bytes.
 const MOST: u64 = 2 << 30;
 
-/// A log that lies in the campaign's folder now.
+/// A log that is now in the campaign's folder.
 #[derive(Serialize)]
 struct Received<'a> {
     file: &'a str,
-    /// Whether it lay there already, byte for byte.
+    /// Whether the identical file was there already.
     was_there: bool,
 }
 
-/// Keeps a log in the campaign's folder.
+/// Stores a log in the campaign's folder.
 pub(super) fn receive(workspace: &Workspace, name: &str, body: &mut dyn Read) -> Result<Answer, Refusal> {
     let name = plain_name(name)?;
     let to = workspace.folder.join(name);
@@ -51,7 +51,7 @@ pub(super) fn receive(workspace: &Workspace, name: &str, body: &mut dyn Read) ->
     }
 }
 
-/// Whether a file holds what is sent.
+/// Whether a file has the same content as the sent one.
 fn is_same(path: &Path, body: &mut dyn Read) -> bool {
     let Ok(mut file) = std::fs::File::open(path).map(std::io::BufReader::new) else { return false };
     let (mut sent, mut there) = ([0; 1 << 14], [0; 1 << 14]);
@@ -66,7 +66,7 @@ fn is_same(path: &Path, body: &mut dyn Read) -> bool {
     }
 }
 
-/// Logs that become runs, and what is known of the vehicle where there is no campaign yet.
+/// Logs that become runs, and data of the vehicle if there is no campaign yet.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct NewLogs {
@@ -77,7 +77,7 @@ pub(super) struct NewLogs {
     mass: Option<f64>,
 }
 
-/// Writes a campaign of the logs, or their runs into the one that is there.
+/// Writes a campaign of the logs, or adds their runs to the existing one.
 pub(super) fn add(workspace: &Workspace, new: &NewLogs) -> Result<(), Refusal> {
     let mut logs = Vec::new();
     for file in &new.files {
@@ -94,7 +94,7 @@ pub(super) fn add(workspace: &Workspace, new: &NewLogs) -> Result<(), Refusal> {
     let is_new = workspace.text()?.trim().is_empty();
     let known = |name: &str| campaign::known_vehicles().iter().any(|known| known.id == name);
     let vehicle = new.vehicle.clone().filter(|name| is_new && !name.is_empty());
-    // a name alone: `init` would read a path of anywhere too
+    // only a known name: `init` would also read any path
     if let Some(strange) = vehicle.as_ref().filter(|name| !known(name)) {
         return Err(Refusal::bad(format!("no vehicle of the program is called {strange:?}")));
     }

@@ -1,4 +1,4 @@
-//! The campaign in outline, as the page shows it, and how far the work is.
+//! Outline of the campaign, as the page shows it, and the progress of the work.
 
 use serde::Serialize;
 
@@ -11,12 +11,12 @@ use crate::campaign::{known_vehicles, run_names};
 use crate::frame::Dof;
 use crate::run::{Role, RunKind};
 
-/// What the campaign file says, as far as the page shows it.
+/// Content of the campaign file, as far as the page shows it.
 #[derive(Serialize)]
 struct Outline {
     format: u32,
     file: String,
-    /// Whether the file is there.
+    /// Whether the file exists.
     exists: bool,
     stamp: String,
     can_undo: bool,
@@ -24,13 +24,13 @@ struct Outline {
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<Refusal>,
     text: String,
-    /// Vehicles that come with the program, for a campaign that is not there yet.
+    /// Vehicles that come with the program, for a campaign that does not exist yet.
     vehicles: Vec<String>,
     #[serde(flatten)]
     said: Said,
 }
 
-/// Of a file that can be used.
+/// Content of a usable file.
 #[derive(Default, Serialize)]
 struct Said {
     vehicle: String,
@@ -41,7 +41,7 @@ struct Said {
     effects: Vec<Family>,
 }
 
-/// A log, or the logs of one dive, with the stretches that are used of it.
+/// A log, or the logs of one dive, with its used stretches.
 #[derive(Serialize)]
 struct Log {
     file: String,
@@ -54,7 +54,7 @@ struct Log {
 struct Stretch {
     /// Its place in the file.
     run: usize,
-    /// What results call it.
+    /// Its name in results.
     name: String,
     role: Role,
     kind: RunKind,
@@ -64,7 +64,7 @@ struct Stretch {
     condition: Option<String>,
 }
 
-/// The logs of a run as one text.
+/// Names of the logs of a run.
 fn files(run: &RunTable) -> Vec<String> {
     run.files.iter().map(|log| log.file.clone()).collect()
 }
@@ -115,7 +115,7 @@ impl Said {
     }
 }
 
-/// The campaign in outline.
+/// The outline of the campaign.
 pub(super) fn outline(workspace: &Workspace) -> Result<Answer, Refusal> {
     let exists = workspace.file.is_file();
     let read = if exists { Some(workspace.campaign_file()) } else { None };
@@ -137,7 +137,7 @@ pub(super) fn outline(workspace: &Workspace) -> Result<Answer, Refusal> {
     }))
 }
 
-/// How far the work is, and whether the campaign is still the one that the page shows.
+/// Progress of the work, and the stamp that tells whether the page shows the current campaign.
 #[derive(Serialize)]
 struct AllProgress {
     stamp: String,
@@ -146,7 +146,7 @@ struct AllProgress {
     report: Progress,
 }
 
-/// How far the work is.
+/// Progress of the work.
 pub(super) fn progress(workspace: &Workspace) -> Result<Answer, Refusal> {
     Ok(Answer::json(&AllProgress {
         stamp: workspace.stamp()?,

@@ -1,4 +1,4 @@
-//! The page itself: one file of HTML with its style and script, and nothing from elsewhere.
+//! The page itself: one HTML file with its style and script, and nothing from other sources.
 
 use askama::Template;
 
@@ -18,7 +18,7 @@ struct Page {
     script: &'static [&'static str],
 }
 
-/// What the script is made of, in order: one file a part of the page.
+/// Parts of the script, in order: one file per part of the page.
 const SCRIPTS: &[&str] = &[
     SCRIPT,
     include_str!("../../templates/view/elements.js"),
@@ -33,7 +33,8 @@ const SCRIPTS: &[&str] = &[
     include_str!("../../templates/view/view.js"),
 ];
 
-/// The page, under a policy that lets in its own style and script and lets it speak to this server alone.
+/// The page, with a policy that allows only its own style and script and connections to this server
+/// only.
 pub(super) fn page() -> Result<Answer, Refusal> {
     let nonce = nonce().map_err(|e| Refusal::failed(format!("the system gives no random numbers: {e}")))?;
     let policy = format!(

@@ -1,4 +1,4 @@
-//! A log as it was written, over time, with the stretches that are used of it.
+//! A log over time, with its used stretches.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ struct Plot {
     roles: Vec<Role>,
 }
 
-/// The channels of a log on one clock.
+/// The channels of a log, with a common clock.
 fn signals(campaign: &CampaignFile, index: usize) -> Result<BTreeMap<String, Signal>, Refusal> {
     let run = &campaign.runs[index];
     let mut all = BTreeMap::new();
@@ -42,7 +42,8 @@ fn signals(campaign: &CampaignFile, index: usize) -> Result<BTreeMap<String, Sig
     Ok(all)
 }
 
-/// The channel that tells most of the motion, and a command to go with it.
+/// The default channels: the first velocity or position that changes, and the first command that
+/// changes.
 fn usual(campaign: &CampaignFile, signals: &BTreeMap<String, Signal>) -> [String; 2] {
     let dofs = campaign.model.dofs.iter().copied().chain(Dof::ALL);
     let told = |name: &str| -> bool {
@@ -61,7 +62,7 @@ fn usual(campaign: &CampaignFile, signals: &BTreeMap<String, Signal>) -> [String
 fn panel(name: &str, signals: &BTreeMap<String, Signal>) -> Option<Panel> {
     let signal = signals.get(name)?;
     let unit = match log::columns::quantity(name) {
-        // a pulse width stays as it is
+        // a pulse width is not converted
         Some(log::columns::Quantity::Command) | None => "",
         Some(measured) => measured.units().first().map_or("", |unit| unit.name),
     };
@@ -82,7 +83,7 @@ pub(super) fn plot(workspace: &Workspace, log: &str, channel: &str, below: &str)
     let known = |name: &str| signals.contains_key(name);
     let [motion, command] = usual(&campaign, &signals);
     let channel = if known(channel) { channel.to_string() } else { motion };
-    // nothing below is a choice too
+    // no channel below ("-") is a choice too
     let below = if below == "-" || known(below) { below.to_string() } else { command };
     let panels: Vec<Panel> = [&channel, &below].into_iter().filter_map(|name| panel(name, &signals)).collect();
     let span = |(_, run): &(usize, &crate::campaign::file::RunTable)| Span {

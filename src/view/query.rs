@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-/// What a request asks for: `/api/plot?log=a%20b.csv`.
+/// Path and query of a request: `/api/plot?log=a%20b.csv`.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Query {
     /// The path.
     pub path: String,
-    /// The pairs behind the question mark, decoded; of a name that comes twice the last.
+    /// The decoded pairs after the question mark; the last one counts if a name is repeated.
     pairs: BTreeMap<String, String>,
 }
 
@@ -22,13 +22,14 @@ impl Query {
         Query { path: path.to_string(), pairs }
     }
 
-    /// The value of a name, empty where it is not there.
+    /// The value of a name; empty if absent.
     pub fn value(&self, name: &str) -> &str {
         self.pairs.get(name).map_or("", String::as_str)
     }
 }
 
-/// `%20` and `+` are blanks; what is no code stays as it is, what is no UTF-8 becomes a mark.
+/// Decodes `%20` and `+` as blanks; an invalid code stays unchanged, invalid UTF-8 becomes a
+/// replacement character.
 fn decoded(text: &str) -> String {
     let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
     while let Some((first, more)) = rest.split_first() {

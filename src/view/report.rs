@@ -10,12 +10,12 @@ use super::workspace::{Workspace, plain_name};
 use crate::progress::tell;
 use crate::{campaign, report_content};
 
-/// A report that was written.
+/// A saved report.
 pub(super) struct Saved {
     file: PathBuf,
 }
 
-/// What the report is called and holds.
+/// The requested report.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Wanted {
@@ -24,7 +24,7 @@ pub(super) struct Wanted {
     /// Whether a page of that name may be replaced.
     #[serde(default)]
     replace: bool,
-    /// Whether it says what the model lacks.
+    /// Whether it includes the search for missing effects.
     #[serde(default)]
     discovery: bool,
 }
@@ -35,7 +35,7 @@ struct Begun {
     file: String,
 }
 
-/// Begins to write the report.
+/// Starts writing the report.
 pub(super) fn begin(workspace: &Arc<Workspace>, wanted: Wanted) -> Result<Answer, Refusal> {
     let Wanted { name, replace, discovery } = wanted;
     let name = plain_name(&name)?.to_string();
@@ -65,12 +65,12 @@ pub(super) fn begin(workspace: &Arc<Workspace>, wanted: Wanted) -> Result<Answer
     Ok(Answer::json(&Begun { number, file: file.display().to_string() }))
 }
 
-/// The report that was written last, as a page.
+/// The last saved report, as a page.
 pub(super) fn open(workspace: &Workspace) -> Result<Answer, Refusal> {
     let saved = workspace.report.result().ok_or_else(|| Refusal::absent("no report was saved yet"))?;
     let html = std::fs::read_to_string(&saved.file)
         .map_err(|e| Refusal::absent(format!("{} cannot be read: {e}", saved.file.display())))?;
-    // it may run its script, and reach nothing of this server
+    // the report may run its own script but cannot reach this server
     let policy = "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; \
                   base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
     Ok(Answer::page(html, policy.into()))

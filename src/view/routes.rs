@@ -1,4 +1,4 @@
-//! Which request asks for what.
+//! Assignment of requests to functions.
 
 use std::io::Read;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::server::read_body;
 use super::workspace::Workspace;
 use super::{columns, discovery, effects, fit, logs, outline, page, plot, report, stretches};
 
-/// A request that may be answered.
+/// A request that has passed the access control.
 pub(super) struct Asked<'a> {
     pub post: bool,
     pub query: Query,
@@ -22,11 +22,11 @@ pub(super) struct Asked<'a> {
     pub body: &'a mut dyn Read,
 }
 
-/// Most bytes of a request that is no log.
+/// Maximum size of a request other than a log, bytes.
 const MOST: u64 = 1 << 20;
 
 impl Asked<'_> {
-    /// The body, a JSON object; an empty one stands for `{}`.
+    /// The body, a JSON object; an empty body counts as `{}`.
     fn json<T: DeserializeOwned>(&mut self) -> Result<T, Refusal> {
         let bytes = read_body(self.body, MOST)?;
         let bytes = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
@@ -61,11 +61,11 @@ struct Named {
     name: String,
 }
 
-/// What is answered.
+/// Answers a request.
 pub(super) fn answer(workspace: &Arc<Workspace>, mut asked: Asked<'_>) -> Result<Answer, Refusal> {
     let path = std::mem::take(&mut asked.query.path);
     let query = |name: &str| asked.query.value(name).to_string();
-    // what changes the campaign answers with what it is then
+    // a change of the campaign answers with its new outline
     let outlined = |changed: Result<(), Refusal>| changed.and_then(|()| outline::outline(workspace));
     if let Some(meant) = asked.stamp.as_ref()
         && *meant != workspace.stamp()?

@@ -1,4 +1,4 @@
-//! The server: who may ask, how much may be sent, and the threads that answer.
+//! The server: access control, size limits, and the threads that answer.
 
 use std::io::{Cursor, Read};
 use std::net::TcpStream;
@@ -18,41 +18,41 @@ use super::token::Token;
 use super::workspace::Workspace;
 use crate::campaign::file::CampaignFile;
 
-/// Requests that are answered side by side: a slow one lets the others pass.
+/// Number of requests that are answered in parallel: a slow one does not block the others.
 const THREADS: usize = 6;
 
-/// How long a connection waits at most for a thread.
+/// Maximum time for which a connection waits for a thread.
 const KNOCK: Duration = Duration::from_millis(400);
 
-/// The name of the header that carries the token.
+/// Name of the header with the token.
 const TOKEN: &str = "X-Hydrosysid-Token";
 
-/// The name of the header that says which campaign a change is meant for.
+/// Name of the header with the stamp of the campaign that a change is meant for.
 const STAMP: &str = "X-Hydrosysid-Stamp";
 
-/// What is served.
+/// Options of the server.
 #[derive(Debug, Clone, Default)]
 pub struct ViewOptions {
-    /// The campaign file or the folder that holds it; a folder without one begins with the first log.
+    /// The campaign file or its folder; a folder without a campaign gets one with the first log.
     pub campaign: PathBuf,
-    /// Port; any that is free where it is 0.
+    /// Port; 0 for any free one.
     pub port: u16,
-    /// Let logs lie outside the campaign's folder.
+    /// Allow logs outside the campaign's folder.
     pub allow_outside: bool,
 }
 
-/// Why nothing is served.
+/// Error at the start of the server.
 #[derive(Debug, Error)]
 pub enum ViewError {
-    /// There is neither the campaign nor a folder for it.
+    /// Neither the campaign nor a folder for it exists.
     #[error("{}: there is no such folder: make it, or name a campaign file", .0.display())]
     NoFolder(PathBuf),
-    /// The port is not to be had.
+    /// The port cannot be used.
     #[error("port {port} of 127.0.0.1 cannot be used: {message}; choose another with --port")]
     Port {
         /// The port.
         port: u16,
-        /// Why.
+        /// Cause.
         message: String,
     },
     /// The system has no random numbers for the token.
@@ -77,7 +77,7 @@ impl View {
     pub fn open(options: &ViewOptions) -> Result<View, ViewError> {
         let file = CampaignFile::at(&options.campaign);
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
-        // a name without an ending that is not there was meant as a folder
+        // a missing name without an extension was meant as a folder
         if !folder.is_dir() || (!file.is_file() && file.extension().is_none_or(|e| e != "toml")) {
             return Err(ViewError::NoFolder(options.campaign.clone()));
         }
@@ -110,9 +110,9 @@ impl View {
         });
     }
 
-    /// Knocks at the own door now and then. tiny_http 0.12 counts a thread that it has woken as a waiting one until that
-    /// runs: of two connections that come at once the second may wait for a thread until another connection ends. A
-    /// connection that ends at once frees one.
+    /// Connects to its own port regularly. tiny_http 0.12 counts a thread that it has woken as
+    /// waiting until that thread runs: if two connections come at once, the second may wait for a
+    /// thread until another connection ends. A connection that ends at once frees a thread.
     fn knock(&self) {
         while !self.stopped.load(Ordering::Relaxed) {
             drop(TcpStream::connect(("127.0.0.1", self.port)));
@@ -120,7 +120,7 @@ impl View {
         }
     }
 
-    /// Ends [`View::serve`] and what is at work.
+    /// Ends [`View::serve`] and all running work.
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
         self.workspace.fit.stop();
@@ -139,11 +139,11 @@ impl View {
             catch_unwind(AssertUnwindSafe(|| answer(&self.workspace, asked)))
                 .unwrap_or_else(|_| Err(Refusal::failed("the program has a fault: this request ended in a panic")))
         });
-        // whoever asked may have gone
+        // the client may have closed the connection
         let _ = request.respond(response(asked.unwrap_or_else(|refusal| refusal.answer())));
     }
 
-    /// The query of a request that may be answered.
+    /// The query of a request that passes the access control.
     fn admitted(&self, request: &Request) -> Result<Query, Refusal> {
         let headers = |name: &'static str| request.headers().iter().filter(move |h| h.field.equiv(name));
         let hosts: Vec<&str> = headers("Host").map(|h| h.value.as_str()).collect();
@@ -158,7 +158,7 @@ impl View {
         let query = Query::of(request.url());
         let sent = headers(TOKEN).next().map(|h| h.value.as_str());
         let given = match request.method() {
-            // an address can be followed from anywhere, a header not
+            // any page can link to an address, but not set a header
             Method::Post => sent,
             Method::Get => sent.or(Some(query.value("token"))),
             _ => return Err(Refusal { status: 405, ..Refusal::bad("GET and POST alone are answered") }),
@@ -170,7 +170,7 @@ impl View {
     }
 }
 
-/// As HTTP; nothing of it is kept, framed or looked at from elsewhere.
+/// The HTTP response, with headers that forbid caching, framing and use by other pages.
 fn response(answer: Answer) -> Response<Cursor<Vec<u8>>> {
     let fixed = [
         ("Content-Type", answer.media),
@@ -185,11 +185,11 @@ fn response(answer: Answer) -> Response<Cursor<Vec<u8>>> {
         fixed.iter().filter_map(|(name, value)| Header::from_bytes(*name, *value).ok()).collect();
     let length = answer.body.len();
     let whole = Response::new(answer.status.into(), headers, Cursor::new(answer.body), Some(length), None);
-    // its length is known, so that it need not come in pieces
+    // the length is known, so the response is not sent in chunks
     whole.with_chunked_threshold(usize::MAX)
 }
 
-/// All of a body, up to `most` bytes.
+/// Reads a whole body of at most `most` bytes.
 pub(super) fn read_body(body: &mut dyn Read, most: u64) -> Result<Vec<u8>, Refusal> {
     let mut bytes = Vec::new();
     body.take(most + 1).read_to_end(&mut bytes).map_err(|e| Refusal::bad(format!("the request broke off: {e}")))?;

@@ -1,4 +1,5 @@
-//! Long work on a thread of its own, with its progress: one piece at a time, of which a newer one takes the place.
+//! Long work on a thread of its own, with its progress: one job at a time; a newer job replaces the
+//! running one.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,17 +10,17 @@ use serde::Serialize;
 use super::answer::Refusal;
 use crate::progress::{Step, Watch, watched};
 
-/// One kind of work and its last result.
+/// One kind of work with its last result.
 pub(super) struct Task<T> {
     state: Arc<Mutex<State<T>>>,
 }
 
 struct State<T> {
-    /// Number of the piece that was begun last.
+    /// Number of the last started job.
     number: u64,
     running: Option<Running>,
     result: Option<Arc<T>>,
-    /// How many results there were.
+    /// Number of results so far.
     results: u64,
     refusal: Option<Refusal>,
 }
@@ -30,38 +31,38 @@ struct Running {
     begun: Instant,
 }
 
-/// Where the work stands. Serialises as the page reads it.
+/// Progress of the work, serialised for the page.
 #[derive(Debug, Serialize)]
 pub(super) struct Progress {
-    /// Number of the piece that was begun last; 0 where none was.
+    /// Number of the last started job; 0 if there was none.
     pub number: u64,
-    /// Whether it is at work.
+    /// Whether it is running.
     pub running: bool,
-    /// What it is at.
+    /// Current step.
     pub step: String,
     /// Parts done.
     pub done: usize,
-    /// Parts in all; 0 where nobody can know.
+    /// Total number of parts; 0 if unknown.
     pub of: usize,
-    /// Seconds since it began.
+    /// Time since its start, s.
     pub seconds: f64,
     /// Whether there is a result.
     pub has_result: bool,
-    /// How many there were: another number is another result.
+    /// Number of results so far: a different number means a new result.
     pub results: u64,
-    /// Why there is none.
+    /// Why there is no result.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refusal: Option<Refusal>,
 }
 
-/// Hands over what is known before the work is done.
+/// Publishes a result before the work is done.
 pub(super) struct Early<'a, T> {
     state: &'a Mutex<State<T>>,
     number: u64,
 }
 
 impl<T> Early<'_, T> {
-    /// Shows `result` until a better one comes.
+    /// Shows `result` until a better one is ready.
     pub fn show(&self, result: T) {
         let mut state = lock(self.state);
         if state.number == self.number {
@@ -77,7 +78,8 @@ impl<T> State<T> {
     }
 }
 
-/// What a mutex guards, whoever ended in a panic while holding it: all that is kept so is whole at any time.
+/// Locks a mutex even if a thread panicked while holding it: the guarded data is consistent at any
+/// time.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -88,7 +90,7 @@ impl<T: Send + Sync + 'static> Task<T> {
         Task { state: Arc::new(Mutex::new(state)) }
     }
 
-    /// Begins `work`; what is at work is ended. Returns its number.
+    /// Starts `work` and stops the running job. Returns its number.
     pub fn begin(&self, work: impl FnOnce(&Early<'_, T>) -> Result<T, Refusal> + Send + 'static) -> u64 {
         let step = Arc::new(Mutex::new(Step { what: "beginning".into(), done: 0, of: 0 }));
         let heard = step.clone();
@@ -113,7 +115,7 @@ impl<T: Send + Sync + 'static> Task<T> {
             match done {
                 Ok(Ok(Ok(result))) => state.keep(result),
                 Ok(Ok(Err(refusal))) => (state.result, state.refusal) = (None, Some(refusal)),
-                // ended on demand: what was known before stays
+                // stopped on demand: the earlier result stays
                 Ok(Err(_)) => {}
                 Err(_) => state.refusal = Some(Refusal::failed("the program has a fault: this work ended in a panic")),
             }
@@ -121,12 +123,12 @@ impl<T: Send + Sync + 'static> Task<T> {
         number
     }
 
-    /// Ends what is at work.
+    /// Stops the running job.
     pub fn stop(&self) {
         let mut state = lock(&self.state);
         if let Some(running) = state.running.take() {
             running.watch.stop();
-            // what it still has to say is not heard
+            // results that it still delivers are ignored
             state.number += 1;
         }
     }

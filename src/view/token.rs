@@ -1,4 +1,4 @@
-//! The token that every request has to carry.
+//! The token that every request must carry.
 
 use std::fmt::Write;
 
@@ -9,26 +9,27 @@ impl Token {
     /// A new token.
     ///
     /// # Errors
-    /// Where the system has no random numbers.
+    /// If the system has no random numbers.
     pub fn random() -> Result<Token, getrandom::Error> {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes)?;
         Ok(Token(hexadecimal(&bytes)))
     }
 
-    /// The token as it stands in an address.
+    /// The token as it appears in an address.
     pub fn text(&self) -> &str {
         &self.0
     }
 
-    /// Whether `given` is the token. Takes the same time wherever they begin to differ.
+    /// Whether `given` is the token. The time does not depend on the position of the first
+    /// difference.
     pub fn is(&self, given: &str) -> bool {
         let differ = self.0.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         given.len() == self.0.len() && differ == 0
     }
 }
 
-/// A word that allows the scripts and styles of one page, and no others.
+/// A random word that allows the scripts and styles of one page, and no others.
 ///
 /// # Errors
 /// As [`Token::random`].

@@ -1,4 +1,4 @@
-//! The campaign file that the page works on, its logs once they are read, and the work that is going on.
+//! The campaign file that the page edits, its logs once they are read, and the running work.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -15,19 +15,19 @@ use crate::atomic_file;
 use crate::campaign::file::{CampaignFile, ReadOptions};
 use crate::campaign::{Campaign, Check, LoadOptions, check_campaign};
 
-/// What was read from the campaign of a stamp.
+/// Data that was read from the campaign, with the stamp of that campaign.
 type AtStamp<T> = Mutex<Option<(String, Arc<T>)>>;
 
-/// Everything that requests share.
+/// State shared by all requests.
 pub(super) struct Workspace {
-    /// The campaign file, which need not be there yet.
+    /// The campaign file, which need not exist yet.
     pub file: PathBuf,
-    /// Where it lies, and its logs with it.
+    /// Its folder, which also contains its logs.
     pub folder: PathBuf,
     pub allow_outside: bool,
-    /// Texts before and after each edit from here, the last one last.
+    /// Texts before and after each edit made here, the latest last.
     edits: Mutex<Vec<(String, String)>>,
-    /// Names of the logs that came through the page.
+    /// Names of the logs that were sent through the page.
     received: Mutex<BTreeSet<String>>,
     loaded: AtStamp<Campaign>,
     checked: AtStamp<Check>,
@@ -36,7 +36,7 @@ pub(super) struct Workspace {
     pub report: Task<Saved>,
 }
 
-/// Edits that can be taken back.
+/// Maximum number of edits that can be undone.
 const MOST_EDITS: usize = 200;
 
 impl Workspace {
@@ -55,7 +55,7 @@ impl Workspace {
         }
     }
 
-    /// The text of the campaign; empty where there is no file yet.
+    /// The text of the campaign; empty if there is no file yet.
     pub fn text(&self) -> Result<String, Refusal> {
         match crate::text_file::read(&self.file) {
             Ok(text) => Ok(text),
@@ -68,12 +68,12 @@ impl Workspace {
         ReadOptions { allow_outside: self.allow_outside, ..ReadOptions::default() }
     }
 
-    /// The campaign as its file says it.
+    /// The campaign as described in its file.
     pub fn campaign_file(&self) -> Result<CampaignFile, Refusal> {
         Ok(CampaignFile::read(&self.file, &self.reading())?)
     }
 
-    /// A word that is another one when the campaign file is, or one of its logs.
+    /// A hash that changes if the campaign file or one of its logs changes.
     pub fn stamp(&self) -> Result<String, Refusal> {
         let text = self.text()?;
         let mut hash = Sha256::new();
@@ -107,12 +107,12 @@ impl Workspace {
         self.at_stamp(&self.loaded, || Ok(Campaign::load(&self.file, self.loading())?))
     }
 
-    /// What the check says of the campaign and its logs.
+    /// The result of the check of the campaign and its logs.
     pub fn check(&self) -> Result<Arc<Check>, Refusal> {
         self.at_stamp(&self.checked, || Ok(check_campaign(&self.file, self.loading())?))
     }
 
-    /// Puts what `edit` makes of the campaign's text in its place, if that is a campaign.
+    /// Replaces the campaign's text by the result of `edit`, if that is a valid campaign.
     pub fn edit(&self, edit: impl FnOnce(&str) -> Result<String, Refusal>) -> Result<(), Refusal> {
         let mut edits = lock(&self.edits);
         let before = self.text()?;
@@ -129,7 +129,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// Takes the last edit back.
+    /// Undoes the last edit.
     pub fn undo(&self) -> Result<(), Refusal> {
         let mut edits = lock(&self.edits);
         let Some((before, after)) = edits.last() else {
@@ -146,31 +146,32 @@ impl Workspace {
         Ok(())
     }
 
-    /// Whether there is an edit to take back.
+    /// Whether there is an edit to undo.
     pub fn can_undo(&self) -> bool {
         lock(&self.edits).last().is_some_and(|(before, _)| !before.is_empty())
     }
 
-    /// Notes that a log came through the page.
+    /// Records that a log was sent through the page.
     pub fn keep_in_mind(&self, log: &str) {
         lock(&self.received).insert(log.to_string());
     }
 
-    /// Removes a log that cannot be used, if it came through the page: whoever mends it can drop it again.
+    /// Removes a log that cannot be used, if it was sent through the page: the user can mend it and
+    /// drop it again.
     pub fn forget(&self, log: &str) {
         if lock(&self.received).remove(log) {
             let _ = std::fs::remove_file(self.folder.join(log));
         }
     }
 
-    /// Writes a file whole or not at all.
+    /// Writes a file completely or not at all.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
         let written = atomic_file::write(path, |file| std::io::Write::write_all(file, bytes));
         written.map_err(|e| Refusal::failed(format!("{} cannot be written: {e}", path.display())))
     }
 }
 
-/// A name for a file in the campaign's folder: no path leads out of it, or hides.
+/// A name for a file in the campaign's folder; refuses paths and hidden files.
 pub(super) fn plain_name(name: &str) -> Result<&str, Refusal> {
     let strange = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     let name = name.trim();

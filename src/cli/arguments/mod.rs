@@ -1,4 +1,4 @@
-//! What may be typed: verbs, arguments, options.
+//! Definitions of the command line: verbs, arguments, options.
 
 mod data;
 mod model;

@@ -1,4 +1,4 @@
-//! Arguments of the verbs about what comes next: further runs, new logs.
+//! Arguments of the verbs for the next steps: further runs, new logs.
 
 use std::path::PathBuf;
 
@@ -55,7 +55,8 @@ pub(in crate::cli) struct Plan {
     pub loading: Loading,
 }
 
-/// A rate of its own, or under the empty name that of all.
+/// Parses the rate of one channel; a number alone is the rate of all channels, under the empty
+/// name.
 fn rate(text: &str) -> Result<(String, f64), String> {
     text.parse().map_or_else(|_| pair(text), |all| Ok((String::new(), all)))
 }

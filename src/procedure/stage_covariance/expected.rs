@@ -1,10 +1,11 @@
-//! What the noise of the samples makes rows of means expect.
+//! Variance of the rows of means that the noise of the samples predicts.
 //!
 //! ```text
-//! s₀² = mean over rows of Σ_c (∂e/∂c)² σ_c²/n        c: each channel that is logged, n samples with noise σ_c in the window
+//! s₀² = mean over rows of Σ_c (∂e/∂c)² σ_c²/n    c: each logged channel; n samples of noise σ_c per window
 //! ```
 //!
-//! By moving one channel of a window at a time by the deviation of its mean, through the regressors themselves.
+//! Computed through the regressors themselves: one channel of a window at a time moves by the
+//! standard deviation of its mean.
 
 use super::Held;
 use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, SteadyWindow, noise_of_mean};
@@ -13,8 +14,8 @@ use crate::model::Model;
 use crate::run::{Run, Signal};
 
 impl Held {
-    /// Variance that rows of means have by the noise of the samples of which they are means, in the unit of a row squared:
-    /// that of the rows on average.
+    /// Predicted variance of the rows of means, from the noise of the samples in each mean; average
+    /// over the rows, in the unit of a row squared.
     pub(super) fn expected(
         &self,
         (dof, runs): (Dof, &[&Run]),

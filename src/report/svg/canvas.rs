@@ -1,5 +1,5 @@
-//! A sheet to draw on: SVG elements as text. Colours come from classes alone, so the page's light, dark and print
-//! modes reach every figure.
+//! A canvas: SVG elements as text. Colours come from classes only, so the page's light, dark and
+//! print modes apply to every figure.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use crate::report::label::Label;
 /// Width of one character of a label, px, on the generous side, at the 12 px of all figures.
 const CHARACTER: f64 = 7.2;
 
-/// Where a text stands relative to its point.
+/// Position of a text relative to its point.
 #[derive(Debug, Clone, Copy)]
 pub enum Anchor {
     /// Begins there.
@@ -31,18 +31,18 @@ impl Canvas {
         self.out
     }
 
-    /// Text that is SVG already.
+    /// Adds text that is already SVG.
     pub fn raw(&mut self, svg: &str) {
         self.out.push_str(svg);
     }
 
-    /// A group of `class`, with further attributes that are escaped already.
+    /// Opens a group of `class`, with further attributes that are already escaped.
     pub fn open(&mut self, class: &str, attributes: &str) {
         let gap = if attributes.is_empty() { "" } else { " " };
         self.put(format_args!("<g class=\"{class}\"{gap}{attributes}>"));
     }
 
-    /// End of the group.
+    /// Closes the group.
     pub fn close(&mut self) {
         self.out.push_str("</g>");
     }
@@ -53,7 +53,7 @@ impl Canvas {
         self.put(format_args!("<line class=\"{class}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>"));
     }
 
-    /// A rectangle with a corner at (x, y); a negative size is turned round.
+    /// A rectangle with a corner at (x, y); a negative size extends to the other side.
     pub fn rect(&mut self, class: &str, [x, y]: [f64; 2], [w, h]: [f64; 2], attributes: &str) {
         let (x, y) = (px(x.min(x + w)), px(y.min(y + h)));
         let (w, h) = (px(w.abs()), px(h.abs()));
@@ -69,7 +69,7 @@ impl Canvas {
         self.put(format_args!("<path class=\"{class}\"{gap}{attributes} d=\"{d}\"/>"));
     }
 
-    /// Text at (x, y), `svg` escaped already.
+    /// Text at (x, y); `svg` is already escaped.
     pub fn text(&mut self, class: &str, anchor: Anchor, [x, y]: [f64; 2], svg: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
@@ -79,7 +79,7 @@ impl Canvas {
         self.put(format_args!("<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{svg}</text>", px(x), px(y)));
     }
 
-    /// Names with their swatches in rows that fit `width`; the height they took, px.
+    /// A legend: names with their swatches in rows that fit `width`. Returns its height, px.
     pub fn legend(&mut self, entries: &[(Swatch, Label)], x: f64, width: f64) -> f64 {
         let (mut at, mut row) = (x, 0.0);
         if entries.is_empty() {
@@ -114,7 +114,7 @@ impl Canvas {
     }
 }
 
-/// How a name in a legend is marked.
+/// Mark of a name in a legend.
 #[derive(Debug, Clone)]
 pub enum Swatch {
     /// A piece of line, by its class.
@@ -127,7 +127,7 @@ pub enum Swatch {
     Box(String),
 }
 
-/// Shapes that differ without colour.
+/// Shapes that are distinct without colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// ●
@@ -141,7 +141,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The shape of the `k`-th source; four differ, then they begin again.
+    /// The shape of the `k`-th source; the four shapes repeat.
     pub fn nth(k: usize) -> Shape {
         [Shape::Disc, Shape::Square, Shape::Diamond, Shape::Triangle][k % 4]
     }
@@ -165,12 +165,12 @@ pub fn px(v: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// Room that a label takes, px; no font is at hand, so this is an estimate on the generous side.
+/// Width of a label, px: an estimate on the generous side, because no font is available here.
 pub fn text_width(label: &Label) -> f64 {
     label.length() as f64 * CHARACTER
 }
 
-/// `label` cut to what fits into `width` px, with an ellipsis.
+/// `label` shortened to fit into `width` px, with an ellipsis.
 pub fn fitted(label: &Label, width: f64) -> Label {
     let room = ((width / CHARACTER) as usize).max(4);
     match label {

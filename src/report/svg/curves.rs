@@ -1,7 +1,8 @@
 //! Lines and points in panels over a shared abscissa.
 //!
-//! The script of the page redraws these figures when the reader zooms: it finds the panels by `data-box` (their
-//! frame in px) and `data-range` (values at its corners), the series by `data-k`, their numbers in the embedded data.
+//! The script of the page redraws these figures when the reader zooms: it finds the panels by
+//! `data-box` (their frame in px) and `data-range` (values at its corners), the series by `data-k`,
+//! their numbers in the embedded data.
 
 use super::canvas::{Anchor, Canvas, Swatch, px, text_width};
 use super::decimate::{decimate, thin};
@@ -11,14 +12,14 @@ use crate::report::chart::{Curves, Mark, Panel, Series};
 use crate::report::escape::escape;
 use crate::report::label::Label;
 
-/// Up to so many points each gets a larger dot.
+/// Up to this number of points, each gets a larger dot.
 const FEW: usize = 120;
 
 /// Draws the chart on a sheet.
 pub fn draw(chart: &Curves, sheet: &Sheet) -> Drawing {
     let mut canvas = Canvas::default();
     let series = || chart.panels.iter().flat_map(|p| &p.series);
-    // single points are not cut in half by the frame; a long record fills it
+    // with few points the frame must not cut a point in half; a long record fills the frame
     let few = series().any(|s| s.mark == Mark::Points && (1..=FEW).contains(&s.len()));
     let pad = if few { 0.02 } else { 0.0 };
     let (x_low, x_high) = range(series().flat_map(|s| s.x.iter().copied()), pad);
@@ -143,8 +144,8 @@ fn draw_panel(canvas: &mut Canvas, chart: &Curves, k: usize, frame: &Frame, shee
     canvas.close();
 }
 
-/// Class of the `n`-th series: a tone of its own for each, grey for the first points where lines are there too (the
-/// measurement), so that the same model has the same tone in every panel.
+/// Class of the `n`-th series: each has its own tone, but the first points beside lines (the
+/// measurement) are grey, so that the same model has the same tone in every panel.
 fn tone(panel: &Panel, n: usize) -> String {
     let lines = panel.series.iter().any(|s| s.mark == Mark::Line);
     let first_points = panel.series.iter().position(|s| s.mark == Mark::Points);
@@ -204,8 +205,8 @@ fn line_path(series: &Series, kept: &[usize], x: &Scale, y: &Scale) -> String {
     joined(points)
 }
 
-/// Relative moves in tenths of a pixel: about half the characters of absolute ones. Rounding does not add up because
-/// each move starts where the rounded pen is.
+/// A path of relative moves in tenths of a pixel, which need about half the characters of absolute
+/// ones. Rounding errors do not add up because each move starts at the rounded pen position.
 fn joined(points: impl Iterator<Item = (f64, f64)>) -> String {
     let mut d = String::new();
     let mut pen: Option<(f64, f64)> = None;

@@ -1,10 +1,12 @@
-//! Fewer points, same picture: of each run of neighbouring points the lowest and the highest are kept.
+//! Reduction of points without change of the picture: of each run of neighbouring points the lowest
+//! and the highest are kept.
 //!
-//! A screen shows one column of pixels between the smallest and the largest value that fall on it, so the extremes
-//! of as many runs as there are columns draw the same line as all points do.
+//! A column of pixels shows the line between the smallest and the largest value that fall on it. So
+//! the extremes of as many runs as there are columns draw the same line as all points.
 
-/// Indices of at most about `limit` of the values `y`, increasing: the first, the last, and the extremes of limit/2
-/// runs of equal length. A gap (a value that is not finite) is kept once per run.
+/// Indices of at most about `limit` of the values `y`, increasing: the first, the last, and the
+/// extremes of limit/2 runs of equal length. A gap (a value that is not finite) is kept once per
+/// run.
 pub fn decimate(y: &[f64], limit: usize) -> Vec<usize> {
     if y.len() <= limit.max(4) {
         return (0..y.len()).collect();
@@ -26,8 +28,9 @@ pub fn decimate(y: &[f64], limit: usize) -> Vec<usize> {
     kept
 }
 
-/// Indices of about `limit` of the scattered values `y`, increasing: every n-th, and the extremes of the series in
-/// limit/10 runs. Extremes alone would show a cloud of points as its two edges.
+/// Indices of about `limit` of the scattered values `y`, increasing: every n-th, and the extremes
+/// of the series in limit/10 runs. With the extremes alone a cloud of points would look like its
+/// two edges.
 pub fn thin(y: &[f64], limit: usize) -> Vec<usize> {
     let stride = y.len().div_ceil(limit.max(1)).max(1);
     let mut kept: Vec<usize> = (0..y.len()).step_by(stride).collect();

@@ -1,4 +1,4 @@
-//! A matrix of values: colour to find the large ones, digits to read them.
+//! A matrix of values: colour shows the large ones, digits give the values.
 
 use super::canvas::{Anchor, Canvas, fitted, text_width};
 use super::scale::axis_title;
@@ -7,13 +7,13 @@ use crate::report::chart::{Colours, HeatMap};
 use crate::report::escape::escape;
 use crate::report::label::Label;
 
-/// Strongest cover of a cell, so that digits stay readable on it.
+/// Greatest opacity of a cell's colour, so that digits stay readable on it.
 const STRONGEST: f64 = 0.92;
 
 /// Room for the longest name of a column, px.
 const LONGEST: f64 = 150.0;
 
-/// How the names of the columns stand.
+/// Orientation of the names of the columns.
 #[derive(Clone, Copy)]
 enum Heads {
     Level,
@@ -34,7 +34,7 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
         (true, false) => Heads::Slanted,
         (true, true) => Heads::Upright,
     };
-    // Slanted names lean out to the right of the last column; the others stay within it.
+    // Slanted names extend to the right of the last column; the others stay within it.
     let (head, lean) = match heads {
         Heads::Level => (20.0, 0.0),
         Heads::Slanted => (0.62 * longest + 20.0, 0.79 * longest),
@@ -83,7 +83,7 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
         for (c, value) in values.iter().enumerate().take(chart.columns.len()) {
             let x = left + width * c as f64;
             let (class, strength) = colour(*value, chart.colours);
-            // short: there are hundreds of them
+            // kept short: there are hundreds of cells
             canvas.raw(&format!(
                 "<rect class=\"{class}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill-opacity=\"{:.2}\"><title>{} | {}: {}</title></rect>",
                 x + 1.0,
@@ -122,8 +122,8 @@ fn colour(value: f64, colours: Colours) -> (&'static str, f64) {
     }
 }
 
-/// As many decimals as the cell has room for, at last without the 0 in front; nothing where a number below 1 would become
-/// a 0 or a 1.
+/// The value with as many decimals as fit into the cell, if necessary without the leading 0; empty
+/// if a number below 1 would become a 0 or a 1.
 fn fitting(value: f64, decimals: usize, room: f64) -> String {
     let fewest = usize::from(value.abs() < 1.0).min(decimals);
     let texts = (fewest..=decimals).rev().flat_map(|decimals| {

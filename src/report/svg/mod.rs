@@ -1,9 +1,10 @@
 //! Figures as static SVG.
 //!
-//! Own code, after a look at the libraries. plotters 0.3 writes `#RRGGBB` into every element and has no hooks for a
-//! script. kuva 0.6 has panels over a shared axis, but it too writes colours into the elements, and its script reads
-//! values without zooming and is given no numbers to draw again from. One figure that is light, dark, printable and
-//! zooms needs classes and marks of its own; the rest is little: text, lines, rectangles and paths.
+//! Own code, because the libraries do not fit: plotters 0.3 writes `#RRGGBB` into every element and
+//! has no hooks for a script; kuva 0.6 has panels over a shared axis, but also writes colours into
+//! the elements, and its script reads values but cannot zoom and has no numbers from which to
+//! redraw. A figure for light, dark and print modes that zooms needs its own classes and marks; the
+//! rest is text, lines, rectangles and paths.
 
 mod canvas;
 mod curves;
@@ -24,19 +25,19 @@ pub const WIDE: f64 = 760.0;
 /// Width of a figure on a phone, px.
 pub const NARROW: f64 = 340.0;
 
-/// What a figure is drawn on.
+/// The area on which a figure is drawn.
 #[derive(Debug, Clone)]
 pub struct Sheet {
     /// Width of the drawing, px.
     pub width: f64,
     /// A name that no other figure of the page has; letters, digits and hyphens.
     pub id: String,
-    /// Most points to draw of one series.
+    /// Maximum number of points drawn of one series.
     pub points: usize,
 }
 
 impl Sheet {
-    /// Whether there is room for less.
+    /// Whether the sheet is narrow, as on a phone: fewer ticks, lower panels, less text.
     fn narrow(&self) -> bool {
         self.width < 500.0
     }
@@ -47,13 +48,13 @@ impl Sheet {
     }
 }
 
-/// Elements and the height they take, px.
+/// Elements and their total height, px.
 struct Drawing {
     elements: String,
     height: f64,
 }
 
-/// The figure as an `<svg>` element for a page that carries the style sheet of the palette.
+/// The figure as an `<svg>` element for a page that contains the style sheet of the palette.
 pub fn inline(figure: &Figure, sheet: &Sheet) -> String {
     let Drawing { elements, height } = draw(figure, sheet);
     let (width, title) = (sheet.width, escape(&figure.title));
@@ -63,8 +64,8 @@ pub fn inline(figure: &Figure, sheet: &Sheet) -> String {
     )
 }
 
-/// The figure as a file of its own: title, style sheet and background included, colours written out, so that
-/// programs that know no style variables show it too.
+/// The figure as a file of its own, with title, style sheet and background. Colours are written as
+/// values, so that programs without style variables show it too.
 pub fn standalone(figure: &Figure) -> String {
     let sheet = Sheet { width: WIDE, id: "figure".into(), points: 4000 };
     let Drawing { elements, height } = draw(figure, &sheet);

@@ -1,4 +1,4 @@
-//! Charts of rows: bars, waterfall and forest plot share the names on the left and one axis below.
+//! Charts of rows: bars, waterfall and forest plot, with names on the left and one axis below.
 
 use super::canvas::{Anchor, Canvas, Shape, Swatch, fitted, text_width};
 use super::scale::{Scale, axis_title, range, ticks};
@@ -115,7 +115,7 @@ pub fn draw_forest(chart: &Forest, sheet: &Sheet) -> Drawing {
     Drawing { elements: canvas.finish(), height: bottom + 44.0 }
 }
 
-/// Where the names end and the texts on the right begin.
+/// End of the column of names and start of the texts on the right, px.
 struct Columns {
     left: f64,
     right: f64,

@@ -1,4 +1,4 @@
-//! From values to pixels: ranges, linear scales and round ticks.
+//! Conversion of values to pixels: ranges, linear scales and round ticks.
 
 use super::canvas::{fitted, text_width};
 use crate::report::chart::Axis;
@@ -28,8 +28,8 @@ impl Scale {
     }
 }
 
-/// Smallest and largest of the finite values, widened on both sides by the fraction `pad` of their distance; never
-/// empty: (0, 1) for no value at all.
+/// Smallest and largest of the finite values, widened on both sides by the fraction `pad` of their
+/// distance. Never empty: (0, 1) if there is no value.
 pub fn range(values: impl Iterator<Item = f64>, pad: f64) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for v in values.filter(|v| v.abs() < LARGEST) {
@@ -48,7 +48,7 @@ pub fn range(values: impl Iterator<Item = f64>, pad: f64) -> (f64, f64) {
     (low - pad, high + pad)
 }
 
-/// Round values on an axis and how they are written.
+/// Round values on an axis and their labels.
 #[derive(Debug, Clone)]
 pub struct Ticks {
     /// The values.

@@ -1,4 +1,4 @@
-//! Which column of a log is which channel: the table `columns` of the reading options.
+//! Edits of the assignment of log columns to channels: the table `columns` of the reading options.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::{document, put, run};
 use crate::log::options::ColumnSource;
 use crate::view::answer::Refusal;
 
-/// Whose reading options are meant.
+/// The place of the reading options to edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// `[log]`: all runs without options of their own.
@@ -19,7 +19,7 @@ pub enum Place {
     File(usize, usize),
 }
 
-/// Replaces the columns at a place by `columns`. Entries that stay as they are keep their comments.
+/// Replaces the columns at a place by `columns`. Entries that do not change keep their comments.
 pub fn set(text: &str, place: Place, columns: &BTreeMap<String, ColumnSource>) -> Result<String, Refusal> {
     let mut document = document(text)?;
     let log = match place {
@@ -53,7 +53,7 @@ fn inline() -> Refusal {
     Refusal::unusable("the reading options are written in one line: write a table [log.columns] to edit them here")
 }
 
-/// A source as it stands in the file.
+/// Parses a source from its TOML value.
 fn read(value: &Value) -> Option<ColumnSource> {
     let mut bare = value.clone();
     bare.decor_mut().clear();
@@ -61,7 +61,7 @@ fn read(value: &Value) -> Option<ColumnSource> {
     toml::from_str::<BTreeMap<String, ColumnSource>>(&text).ok()?.remove("source")
 }
 
-/// A name alone, or a table where there is more to say.
+/// The TOML value of a source: the name alone, or a table if it has other properties.
 fn written(source: &ColumnSource) -> Value {
     let scaled = (source.scale - 1.0).abs() > 0.0;
     if source.unit.is_none() && source.frame.is_none() && !scaled && source.sign > 0 {

@@ -1,4 +1,4 @@
-//! Switching effects of the baseline on and off.
+//! Edits that switch effects of the baseline on and off.
 
 use toml_edit::{Array, Item, RawString, Value};
 
@@ -6,8 +6,8 @@ use super::{document, put};
 use crate::campaign;
 use crate::view::answer::Refusal;
 
-/// Takes `name` out of `effects` of `[model]`. Where the plain id stands for it, `others` (the id at all other places)
-/// take its place.
+/// Removes `name` from `effects` of `[model]`. If the list contains the plain id instead, `others`
+/// (the id at all other places) replace it.
 pub fn without(text: &str, name: &str, others: &[String]) -> Result<String, Refusal> {
     let mut document = document(text)?;
     let list = document.get_mut("model").and_then(|model| model.get_mut("effects")).and_then(Item::as_array_mut);
@@ -29,14 +29,14 @@ pub fn without(text: &str, name: &str, others: &[String]) -> Result<String, Refu
         }
         list.insert_formatted((index + k).min(list.len()), value);
     }
-    // what stood first may begin without a blank now
+    // the element that was first may be second now, and then needs a leading blank
     if let Some(second) = list.get_mut(1).filter(|v| v.decor().prefix().and_then(RawString::as_str) == Some("")) {
         second.decor_mut().set_prefix(" ");
     }
     Ok(document.to_string())
 }
 
-/// Takes an element out of a list; comments around it stay.
+/// Removes an element from a list; comments around it stay.
 fn take(list: &mut Array, index: usize) {
     let before = |value: &Value| value.decor().prefix().and_then(RawString::as_str).unwrap_or_default().to_string();
     let gone = list.remove(index);
@@ -62,12 +62,12 @@ fn take(list: &mut Array, index: usize) {
     }
 }
 
-/// Puts `name` into `effects` of `[model]`, as `discover --adopt` does.
+/// Adds `name` to `effects` of `[model]`, as `discover --adopt` does.
 pub fn with(text: &str, name: &str) -> Result<String, Refusal> {
     campaign::with_effects(text, &[name.to_string()]).map_err(Refusal::unusable)
 }
 
-/// Gives the user's own effect `id` its role: `baseline` or `candidate`.
+/// Sets the role of the user's own effect `id`: `baseline` or `candidate`.
 pub fn own(text: &str, id: &str, role: &str) -> Result<String, Refusal> {
     let mut document = document(text)?;
     let tables = document.get_mut("effect").and_then(Item::as_array_of_tables_mut);

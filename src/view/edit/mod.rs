@@ -1,4 +1,5 @@
-//! Edits of the text of a campaign that keep everything else as it stands, comments included: text in, text out.
+//! Edits of the text of a campaign that keep everything else unchanged, comments included: text in,
+//! text out.
 
 pub(super) mod columns;
 pub(super) mod effects;
@@ -8,7 +9,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
 
 use super::answer::Refusal;
 
-/// The text as a document.
+/// The text as a TOML document.
 fn document(text: &str) -> Result<DocumentMut, Refusal> {
     text.parse().map_err(|e: toml_edit::TomlError| {
         Refusal::unusable(format!("the campaign file is no TOML, mend it first: {}", e.message()))
@@ -28,7 +29,7 @@ fn run(document: &mut DocumentMut, index: usize) -> Result<&mut Table, Refusal> 
     runs(document)?.get_mut(index).ok_or_else(|| Refusal::absent(format!("there is no run {}", index + 1)))
 }
 
-/// Gives a key its value; a comment behind the one before stays.
+/// Sets the value of a key; a comment after the old value stays.
 fn put(table: &mut Table, key: &str, value: impl Into<Value>) {
     let mut value = value.into();
     match table.get_mut(key).and_then(Item::as_value_mut) {
@@ -40,7 +41,8 @@ fn put(table: &mut Table, key: &str, value: impl Into<Value>) {
     }
 }
 
-/// Lets a table and those in it be written where they are put, not where they were read.
+/// Clears the positions of a table and those within it, so that they are written where they are
+/// inserted.
 fn unplaced(table: &mut Table) {
     table.set_position(None);
     for (_, item) in table.iter_mut() {

@@ -1,4 +1,4 @@
-//! Runs: their role and stretch, further stretches of one log, runs of new logs.
+//! Edits of runs: their role and stretch, further stretches of one log, runs of new logs.
 
 use toml_edit::{DocumentMut, Item, Table};
 
@@ -6,16 +6,16 @@ use super::{document, put, run, runs, unplaced};
 use crate::run::Role;
 use crate::view::answer::Refusal;
 
-/// The part of a log that a run takes, and what for.
+/// The part of a log that a run uses, and its role.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stretch {
     /// Fit or validation.
     pub role: Role,
-    /// First instant, s; that of the log where it is absent.
+    /// First instant, s; that of the log if absent.
     #[serde(default)]
     pub from: Option<f64>,
-    /// Last instant, s; that of the log where it is absent.
+    /// Last instant, s; that of the log if absent.
     #[serde(default)]
     pub to: Option<f64>,
 }
@@ -32,14 +32,14 @@ impl Stretch {
     }
 }
 
-/// Gives run `index` another stretch.
+/// Sets the stretch and role of run `index`.
 pub fn set(text: &str, index: usize, stretch: Stretch) -> Result<String, Refusal> {
     let mut document = document(text)?;
     stretch.write(run(&mut document, index)?);
     Ok(document.to_string())
 }
 
-/// A further run of the logs of run `index`, behind it.
+/// Adds a further run of the logs of run `index`, after it.
 pub fn add(text: &str, index: usize, stretch: Stretch) -> Result<String, Refusal> {
     let mut document = document(text)?;
     let mut copy = run(&mut document, index)?.clone();
@@ -50,7 +50,7 @@ pub fn add(text: &str, index: usize, stretch: Stretch) -> Result<String, Refusal
     Ok(document.to_string())
 }
 
-/// Takes run `index` out; its log stays where it is.
+/// Removes run `index`; its log stays where it is.
 pub fn remove(text: &str, index: usize) -> Result<String, Refusal> {
     let mut document = document(text)?;
     run(&mut document, index)?;
@@ -58,8 +58,8 @@ pub fn remove(text: &str, index: usize) -> Result<String, Refusal> {
     Ok(document.to_string())
 }
 
-/// The runs of `written`, a campaign of new logs alone, behind those that are there. Reading options that it has in common
-/// go with each run, unless they are the campaign's own.
+/// Adds the runs of `written`, a campaign of new logs only, after the existing ones. Reading
+/// options that its runs share are added to each run, unless they equal those of the campaign.
 pub fn append(text: &str, written: &str) -> Result<String, Refusal> {
     let (mut document, mut new) = (document(text)?, document(written)?);
     let options = |document: &DocumentMut| document.get("log").and_then(Item::as_table).cloned().unwrap_or_default();
