@@ -254,9 +254,10 @@ impl Model {
         Ok(self.terms.len() - 1)
     }
 
-    /// Puts `effect` in the place of that of a term whose parameters it has, and adds those that it has besides.
+    /// Replaces the effect of a term by `effect`, whose first parameters are those of the term, and adds its others.
     pub(crate) fn change(&mut self, term: usize, effect: Arc<dyn Effect>) {
-        let (name, place, known) = (self.terms[term].name(), self.terms[term].place, self.terms[term].parameters.len());
+        let Term { place, ref parameters, .. } = self.terms[term];
+        let (name, known) = (self.terms[term].name(), parameters.len());
         for spec in effect.parameters(place).into_iter().skip(known) {
             let shared = self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared);
             let added = shared.unwrap_or_else(|| self.push_parameter(&name, effect.about().id, place, spec));

@@ -306,7 +306,7 @@ fn blind_a_property_that_changes_is_told_with_its_instant() {
         let words = format!(" on the {property} is ");
         assert!(found.sentence.starts_with("Something has changed: from "), "{}", found.sentence);
         assert!(found.sentence.contains(&words), "{}", found.sentence);
-        let codes: Vec<&str> = found.warnings.iter().map(|w| w.code.as_str()).collect();
+        let codes: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
         assert!(codes.contains(&"D111") && !codes.contains(&"D107"), "{codes:?}");
     }
 }
