@@ -1,8 +1,10 @@
-//! What a switch of an effect costs on the page until fit and overlay follow: `cargo bench --bench first_look`.
+//! Time from a switch of an effect on the page to the fit and overlay that follow:
+//! `cargo bench --bench first_look`.
 //!
-//! In simulations of the same runs beside it: a number that does not depend on the machine. The quickest of several, since
-//! the campaign's own estimator begins to work while the first look is read. It is a check as well, in the tests too, where
-//! nothing else runs beside it.
+//! It is given as a multiple of the time of a simulation of the same runs, so that it does not
+//! depend on the machine. The quickest of several is taken, since the campaign's own estimator
+//! starts while the first look is read. The bench also asserts a limit; it does so among the tests
+//! too, where nothing else runs at the same time.
 
 // the tests of the page use more of it
 #[allow(dead_code)]
@@ -17,7 +19,7 @@ use serde_json::json;
 
 use served::Served;
 
-/// Most simulations of all runs whose time a first look may take, its overlay included.
+/// Maximum time of a first look with its overlay, in simulations of all runs.
 const SIMULATIONS: f64 = 20.0;
 
 fn main() {

@@ -1,9 +1,10 @@
-//! How cost grows: one work of one size in a process of its own, so that its peak memory is its own.
+//! Growth of time and memory with size: one task of one size in a process of its own, so that the
+//! peak memory of the process is that of the task.
 //!
-//! `growth --bench WORK SIZE` does it and prints a line of JSON: seconds of process CPU and of wall time, medians of what
-//! could be repeated within a second. `benches/peers/` asks and reads the memory of the process. `growth --bench log ROWS
-//! FOLDER` writes a campaign with a log of so many rows. Without `--bench` (as in the tests) every work is done once at a
-//! small size.
+//! `growth --bench TASK SIZE` does the task and prints a line of JSON: seconds of process CPU and
+//! of wall time, medians of the repetitions within one second. `benches/peers/` calls it and reads
+//! the memory of the process. `growth --bench log ROWS FOLDER` writes a campaign with a log of this
+//! many rows. Without `--bench` (as in the tests) every task is done once at a small size.
 
 mod planar;
 
@@ -34,7 +35,7 @@ const BLOCK: usize = 1 << 20;
 /// Trajectories side by side.
 const LANES: usize = 16;
 
-/// Names of the works with a size for the tests.
+/// Names of the tasks, each with its size in the tests.
 const WORKS: [(&str, usize); 9] = [
     ("kept", 1_000),
     ("folded", 1_000),
@@ -57,7 +58,7 @@ fn main() {
     }
 }
 
-/// Does a work of this size.
+/// Does a task of this size.
 fn done(work: &str, size: usize) -> String {
     match work {
         "kept" => kept(size),
@@ -73,11 +74,11 @@ fn done(work: &str, size: usize) -> String {
     }
 }
 
-/// Median CPU and wall time of `work`: once where it takes a second, else nine times.
+/// Median CPU and wall time of `work`, which is repeated up to nine times within a second.
 fn timed(mut work: impl FnMut()) -> String {
     let (mut cpu, mut wall) = (Vec::new(), Vec::new());
     let begin = Instant::now();
-    // who counts instructions asks for a number of passes
+    // a count of instructions needs a fixed number of passes
     let asked: Option<usize> = std::env::var("PASSES").ok().and_then(|n| n.parse().ok());
     let wanted = |passes: usize| match asked {
         Some(n) => passes < n,
@@ -104,7 +105,8 @@ fn surge() -> Model {
     Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Free, &effects).expect("surge")
 }
 
-/// A campaign of surge with five unknowns and one log: seven columns, six decimals as loggers write them.
+/// Writes a campaign of surge with five unknowns and one log of seven columns, with six decimals as
+/// usual in logs.
 fn write_campaign(folder: &Path, rows: usize) -> std::io::Result<()> {
     const CAMPAIGN: &str = "format = 1\n[vehicle]\nname = \"bench\"\nmass = 400.0\nvolume = 0.4\n\
         [model]\ndofs = [\"surge\", \"sway\", \"yaw\"]\ncoriolis = \"free\"\n\
@@ -125,7 +127,7 @@ fn write_campaign(folder: &Path, rows: usize) -> std::io::Result<()> {
     log.flush()
 }
 
-/// Columns that are kept, and their least squares.
+/// Least squares on columns that are kept in memory.
 fn kept(rows: usize) -> String {
     let (model, run) = (surge(), planar::run(rows + 1, 0.1, 0.0));
     timed(|| {
@@ -134,7 +136,7 @@ fn kept(rows: usize) -> String {
     })
 }
 
-/// Rows of one run, folded as they are made.
+/// Least squares on the rows of one run, which are folded as they are computed.
 fn one_fold(rows: usize) -> String {
     let (model, run) = (surge(), planar::run(rows + 1, 0.1, 0.0));
     timed(|| {
@@ -143,7 +145,8 @@ fn one_fold(rows: usize) -> String {
     })
 }
 
-/// Rows that are generated block by block and folded as they are made; the generation is not timed.
+/// Least squares on rows that are generated block by block and folded as they are computed; the
+/// generation is not timed.
 fn streamed(rows: usize) -> String {
     let model = surge();
     let mut whole = StreamingQr::new(5, Names::default()).expect("columns");
@@ -160,7 +163,7 @@ fn streamed(rows: usize) -> String {
     answer(&mut [cpu], &mut [wall])
 }
 
-/// Ten thousand rows with this many unknowns: inertia, and formulas of the user's that all differ.
+/// Least squares on ten thousand rows with this many unknowns: inertia, and user formulas that all differ.
 fn effects(count: usize) -> String {
     let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia@surge"]).expect("surge");
     for k in 1..count {
@@ -186,7 +189,7 @@ fn runs(count: usize) -> String {
     timed(|| drop(black_box(output_error(&start, &runs, &options).expect("a fit"))))
 }
 
-/// A run as the model sails it, with a ripple of 5 mm/s on what is measured.
+/// A run simulated by the model, with a ripple of up to 5 mm/s (mrad/s) on the measured channels.
 fn sailed(truth: &Model, n: usize, phase: f64) -> Run {
     let mut run = planar::run(n, 0.1, phase);
     let (dynamics, track) = compiled(truth, &run);
@@ -230,7 +233,7 @@ fn ensemble(steps: usize) -> String {
     })
 }
 
-/// Copies this many numbers: what memory gives, 16 bytes a number.
+/// Copies this many numbers, to measure the memory bandwidth: 16 bytes for each number.
 fn copy(count: usize) -> String {
     let (from, mut to) = (vec![1.0_f64; count], vec![0.0_f64; count]);
     timed(|| {
@@ -239,7 +242,7 @@ fn copy(count: usize) -> String {
     })
 }
 
-/// This many times 64 products with sums, in eight registers that do not wait for each other: what arithmetic gives.
+/// Does this many times 64 multiply-adds in eight independent registers, to measure the rate of arithmetic.
 fn arithmetic(count: usize) -> String {
     timed(|| {
         let sums = widest(

@@ -1,8 +1,8 @@
 //! Time of the linear solver: `cargo bench --bench least_squares`.
 //!
-//! The system is that of surge, 1e6 rows by 5, integrated by the trapezoid from arrays. Each figure is the median of nine
-//! runs, wall clock on one thread and on all; what is meant to be read is the ratios in one run. Without `--bench` (as in
-//! the tests) a small system runs once.
+//! The system is that of surge, 1e6 rows by 5, integrated from arrays by the trapezoidal rule. Each
+//! figure is the median wall time of nine runs, on one thread and on all. Compare only figures of
+//! one run with each other. Without `--bench` (as in the tests) a small system runs once.
 
 mod timed;
 
@@ -42,7 +42,7 @@ fn report(part: &str, rows: usize, repeats: usize, work: impl FnMut()) {
     println!("  {part:38} {rows:>9} rows {:>10.3} ms", 1e3 * timed::median(repeats, work));
 }
 
-/// u, v, r, τ at 10 Hz, in which everything moves.
+/// u, v, r, τ at 10 Hz, all varying.
 fn channels(n: usize) -> [Vec<f64>; 4] {
     let wave = |offset: f64, amplitude: f64, rate: f64| -> Vec<f64> {
         (0..n).map(|k| offset + amplitude * (0.1 * rate * k as f64).sin() * (0.013 * k as f64).cos()).collect()

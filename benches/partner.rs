@@ -1,9 +1,10 @@
-//! Our side of the comparison with other packages: `benches/peers/` asks, this answers.
+//! This program's side of the comparison with other packages; `benches/peers/` drives it.
 //!
-//! A line on standard input names a work; it is done once, and one line of JSON tells the seconds of process CPU and of
-//! wall time it took. `data NAME FOLDER` writes the arrays of a work as little-endian doubles, so that both sides work
-//! on the same numbers. What is read once and used many times (a compiled model, a run made ready) is prepared
-//! beforehand on both sides. Without `--bench` (as in the tests) every work is done once at a small size.
+//! A line on standard input names a task. It is done once, and one line of JSON gives the seconds
+//! of process CPU and of wall time that it took. `data NAME FOLDER` writes the arrays of a task as
+//! little-endian doubles, so that both sides work on the same numbers. Data that is read once and
+//! used many times (a compiled model, a prepared run) is prepared beforehand on both sides. Without
+//! `--bench` (as in the tests) the tasks run once at a small size, without `discover`.
 
 mod door;
 mod planar;
@@ -29,10 +30,11 @@ use hydrosysid::run::{Run, Signal};
 use hydrosysid::simulate::{Stretch, Track, free_run, integrate_fast};
 use hydrosysid::tank::{BlindOptions, Noise, blind};
 
-/// Trajectories side by side in an ensemble: two registers of the widest kind, so that sums do not wait for each other.
+/// Trajectories side by side in an ensemble: two of the widest registers, so that one can work
+/// while the other waits.
 const LANES: usize = 16;
 
-/// Sizes of the works.
+/// Sizes of the tasks.
 struct Sizes {
     rows: usize,
     steps: usize,
@@ -62,7 +64,7 @@ fn main() {
     }
 }
 
-/// Everything that is prepared once.
+/// Data of all tasks, prepared once.
 struct Works {
     columns: (Model, Run),
     few: (Model, Run),
@@ -91,7 +93,7 @@ impl Works {
         Ok(format!("{{\"cpu\": {cpu:e}, \"wall\": {wall:e}, \"note\": {note:?}}}"))
     }
 
-    /// Does one work; what is returned says what came out, so that both sides can be seen to agree.
+    /// Does one task; the returned text has its result, so that the results of both sides can be compared.
     fn run(&self, name: &str) -> Result<String, String> {
         match name {
             "least_squares" => Ok(self.regress()),
@@ -108,7 +110,7 @@ impl Works {
         self.door.get_or_init(|| Door::new(&self.columns, sailed(&planar::model(false), self.sailed, 0)))
     }
 
-    /// Rows folded as they are made.
+    /// Least squares on rows that are folded as they are computed.
     fn regress(&self) -> String {
         let ((model, run), options) = (&self.columns, RegressorOptions::default());
         let rows = folded(Dof::Surge, run, model, options).expect("surge is linear");
@@ -223,8 +225,9 @@ fn motion(steps: usize) -> (Model, Dynamics, Track) {
     (model, dynamics, track)
 }
 
-/// Eight runs with 5 mm/s, 3 mrad/s and 5 mrad of noise, started from integral least squares: with segments of 8 s and
-/// runs of 120 s 480 initial states and 11 parameters.
+/// Eight runs with 5 mm/s, 3 mrad/s and 5 mrad of noise, and the model at its start from integral
+/// least squares. With segments of 8 s and runs of 120 s there are 480 initial states and 11
+/// parameters.
 fn fit(seconds: f64) -> (Model, Vec<Run>, OutputErrorOptions) {
     let truth = planar::model(false);
     let runs: Vec<Run> = (0..8).map(|k| sailed(&truth, (10.0 * seconds) as usize + 1, k)).collect();
@@ -236,7 +239,7 @@ fn fit(seconds: f64) -> (Model, Vec<Run>, OutputErrorOptions) {
     (started(&start, &runs), runs, OutputErrorOptions { sigma: Some(sigma.into()), ..OutputErrorOptions::default() })
 }
 
-/// The run `k` as the model sails it, with noise.
+/// Run number `k`, simulated by the model, with noise.
 fn sailed(truth: &Model, n: usize, k: u64) -> Run {
     let mut run = planar::run(n, 0.1, 0.7 * k as f64);
     let (dynamics, track) = compiled(truth, &run);

@@ -1,8 +1,8 @@
-//! Time of the pipeline's parts, from a thousand rows to a million: `cargo bench`.
+//! Time of the parts of the pipeline, from a thousand rows to a million: `cargo bench`.
 //!
-//! Each figure is the median of seven runs. Machines differ and are noisy: what is meant to be read is the column of
-//! nanoseconds a row, which should be flat, and the ratios of the rows in one run. Without `--bench` (as in the tests)
-//! the smallest size runs once.
+//! Each figure is the median of seven runs. Machines differ and are noisy: read the column of
+//! nanoseconds per row, which should not grow with the size, and the ratios of figures of one run.
+//! Without `--bench` (as in the tests) the smallest size runs once.
 
 mod planar;
 mod timed;

@@ -1,11 +1,12 @@
-//! Names what the model of a campaign lacks:
+//! Searches for effects that the model of a campaign lacks:
 //!
 //! ```text
 //! cargo run --release --example discover -- demo/pool/hidden/campaign.toml
 //! ```
 //!
-//! The verdict, the effects that were missing with the others that these data allow, what helped and is no name, and how
-//! far predictions of the runs that took no part are off before and after.
+//! It prints the verdict, the missing effects and the alternatives that the data also allow,
+//! effects that improve the model but are not named, and the errors of the predictions of held-out
+//! runs before and after.
 
 use std::error::Error;
 use std::path::Path;

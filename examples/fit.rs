@@ -1,10 +1,11 @@
-//! Fits the model of a campaign and says whether to believe it:
+//! Fits the model of a campaign and prints the result with its verdict and warnings:
 //!
 //! ```text
 //! cargo run --release --example fit -- demo/pool/hidden/campaign.toml
 //! ```
 //!
-//! What `hydrosysid fit` prints, as a program of one's own would use it. The campaign is that of the README's demo, or yours.
+//! This is `hydrosysid fit` as a part of another program. The campaign is that of the README's
+//! demo, or your own.
 
 use std::error::Error;
 use std::path::Path;
@@ -18,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     println!("{}", found.sentence);
     for p in &found.parameters {
-        // held parameters have no deviation
+        // fixed parameters have no standard deviation
         let std = p.std.map_or(String::new(), |std| format!(" ± {std:.3}"));
         println!("{} {} = {:.3}{std} {}", p.effect, p.name, p.value, p.unit);
     }

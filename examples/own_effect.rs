@@ -1,11 +1,12 @@
-//! An effect of one's own, in a fit and in a search:
+//! A user-defined effect, in a fit and in a search:
 //!
 //! ```text
 //! cargo run --release --example own_effect
 //! ```
 //!
-//! A vehicle near the surface makes waves: beside its quadratic drag there is one that rises with the fourth power of the
-//! speed. The effect is a formula; the fit, the simulator and the search read it. The logs are made here, by other means.
+//! A vehicle near the surface makes waves: in addition to its quadratic drag there is a drag with
+//! the fourth power of the speed. The effect is a formula, which the fit, the simulator and the
+//! search use. The logs are simulated here without the library.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -37,7 +38,7 @@ impl Effect for WaveDrag {
     }
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
-        // at least 0: a drag takes power
+        // at least 0: drag dissipates power
         vec![ParameterSpec::linear("d_wave", Dimension::FORCE.over(Dimension::VELOCITY.power(4))).at_least(0.0)]
     }
 
@@ -47,7 +48,7 @@ impl Effect for WaveDrag {
     }
 }
 
-/// A log of 60 s at 10 Hz: 12 u̇ = τ − 8 u|u| − 6 u³|u| by small steps, its speed read to a millimetre a second.
+/// A log of 60 s at 10 Hz: 12 u̇ = τ − 8 u|u| − 6 u³|u| in steps of 1 ms, with the speed rounded to 1 mm/s.
 fn logged(name: &str, role: Role, pace: f64) -> Run {
     let time: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
     let command = |t: f64| 14.0 * (pace * t).sin() + 6.0 * (2.7 * pace * t).cos();
@@ -68,10 +69,10 @@ fn logged(name: &str, role: Role, pace: f64) -> Run {
     run
 }
 
-/// What a search over two runs and a held-out one finds, and a fit with the effect in the model.
+/// The result of a search over two runs and a held-out one, and of a fit with the effect in the model.
 ///
 /// # Errors
-/// What the model, the search and the fit may say.
+/// Those of the model, the search and the fit.
 pub fn found_and_fitted() -> Result<(Discovery, FilterErrorFit), Box<dyn Error>> {
     let runs =
         [logged("slow", Role::Train, 0.2), logged("quick", Role::Train, 0.45), logged("held out", Role::Validate, 0.3)];
@@ -79,7 +80,7 @@ pub fn found_and_fitted() -> Result<(Discovery, FilterErrorFit), Box<dyn Error>>
     model.input = Interpolation::Linear;
     let options = FilterErrorOptions::default();
 
-    // the own effect is asked beside the catalogue
+    // the user-defined effect is a candidate in addition to those of the catalogue
     let own: (Arc<dyn Effect>, Place) = (Arc::new(WaveDrag), Place::at(Dof::Surge));
     let found = discover(&model, &runs, std::slice::from_ref(&own), &options, &SearchOptions::default())?;
 

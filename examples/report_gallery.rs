@@ -1,4 +1,5 @@
-//! Writes a report with one of every block to the path given, and the first figure on its own beside it:
+//! Writes a report with one block of every kind to the given path, and its first figure as a
+//! separate file beside it:
 //!
 //! ```text
 //! cargo run --example report_gallery -- gallery.html
@@ -27,7 +28,8 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// A repeatable sequence that looks like noise, about normal, standard deviation 1: the sum of twelve uniforms.
+/// Repeatable pseudo-random noise, about normal with standard deviation 1: sums of twelve uniform
+/// numbers minus 6.
 struct Noise(u64);
 
 impl Noise {
@@ -40,7 +42,8 @@ impl Noise {
     }
 }
 
-/// (m_u) u̇ = τ − k_u u − k_u|u| |u| u by Euler steps, 20 Hz; the "vehicle" has a little more drag astern.
+/// m_u u̇ = τ − k_u u − k_u|u| |u| u by Euler steps at 20 Hz; `astern` is a factor on the quadratic
+/// drag for u < 0.
 fn surge_motion(astern: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut time, mut speed, mut u) = (Vec::new(), Vec::new(), 0.0_f64);
     for k in 0..2400 {

@@ -1,4 +1,5 @@
-//! The works of the Python package's bench, as Rust calls them: `benches/peers/door.py` calls them from Python.
+//! The tasks that measure the cost of the Python interface, called from Rust;
+//! `benches/peers/door.py` calls them from Python.
 
 use std::cell::OnceCell;
 use std::hint::black_box;
@@ -13,11 +14,11 @@ use hydrosysid::run::Run;
 
 use crate::write;
 
-/// The campaign that `door.py` makes of arrays.
+/// The campaign that `door.py` builds from arrays.
 const CAMPAIGN: &str = "format = 1\n[model]\ndofs = ['surge', 'sway', 'yaw']\neffects = ['inertia', 'linear_drag', \
     'quadratic_drag', 'coriolis_surge', 'coriolis_sway', 'coriolis_yaw']\n[[run]]\nfile = 'run0.csv'\n";
 
-/// What is prepared once: a linear system, and a run with the campaign and the fit that are made of it.
+/// Data that is prepared once: a linear system, and a run with its campaign and its fit.
 pub struct Door {
     system: Columns,
     run: Run,
@@ -25,7 +26,7 @@ pub struct Door {
 }
 
 impl Door {
-    /// Of the columns of surge in `linear`, and of a run that the planar vehicle has sailed.
+    /// The data from the columns of surge in `linear`, and from a simulated run of the planar vehicle.
     pub fn new((model, linear): &(Model, Run), run: Run) -> Door {
         let system = regressors_of(Dof::Surge, &[linear], model, RegressorOptions::default()).expect("surge is linear");
         Door { system, run, fitted: OnceCell::new() }
@@ -35,7 +36,7 @@ impl Door {
         self.fitted.get_or_init(|| fitted(&self.run))
     }
 
-    /// Does one work; what is returned is the same from Python.
+    /// Does one task; the returned text is the same from Python.
     pub fn run(&self, name: &str) -> Result<String, String> {
         match name {
             "core_least_squares" => {
@@ -54,7 +55,7 @@ impl Door {
         }
     }
 
-    /// Writes the arrays, and the model that is simulated.
+    /// Writes the arrays and the model that is simulated.
     pub fn data(&self, folder: &Path) -> Result<(), String> {
         for (k, column) in self.system.slices().into_iter().enumerate() {
             write(folder, &format!("h{k}"), column)?;
@@ -70,7 +71,8 @@ impl Door {
     }
 }
 
-/// The run as a campaign, fitted by integral least squares: of all estimators the one that costs least beside its door.
+/// The run as a campaign, fitted by integral least squares. Of all estimators it costs least, so
+/// that the cost of the Python interface shows best.
 fn fitted(run: &Run) -> (Campaign, Fit) {
     let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
     let file = CampaignFile::from_bytes(CAMPAIGN.as_bytes(), Path::new("door.toml"), &options).expect("a campaign");

@@ -1,4 +1,4 @@
-//! The planar vehicle that every bench sails: the paper's figures in surge, sway and yaw.
+//! The planar vehicle of the benches, in surge, sway and yaw, with figures near those of the paper.
 //!
 //! ```text
 //! m_u u̇ = (1 − k_u|u|) τ_u + m_v v r − (d_u + d_uu|u|) u
@@ -40,8 +40,9 @@ pub fn model(losses: bool) -> Model {
     model
 }
 
-/// A run of `n` samples, `step` seconds apart, in which everything moves; `phase` makes runs differ. The velocities are
-/// not those of the model: columns and integrators do not mind.
+/// A run of `n` samples, `step` seconds apart, in which every channel varies; `phase` makes runs
+/// differ. The velocities are not those of the model, which does not matter for the time of columns
+/// and integrators.
 pub fn run(n: usize, step: f64, phase: f64) -> Run {
     let time: Arc<[f64]> = (0..n).map(|k| step * k as f64).collect();
     let mut run = Run { name: format!("run {phase}"), ..Run::default() };

@@ -1,11 +1,14 @@
-//! The table of plans against what campaigns of the independent plant reach.
+//! Table of plans: predicted standard deviations compared with those that campaigns of the
+//! independent plant reach.
 //!
 //! `cargo run --release --example plan -- [--campaigns N] [--seed S] [--write FILE]`
 //!
-//! The plant (`plant/`) shares no code with the planner. For each vehicle it sails a short campaign, which is fitted as a
-//! user would, noise included; from that fit a plan is proposed that brings every parameter to 2 % of its value. The plant
-//! sails the commands of the plan N times, with another random force and other sensor noise each time, and each campaign is
-//! fitted by itself. *Predicted* is the deviation that the plan promised, *reached* the root mean square of estimate − truth.
+//! The plant (`plant/`) shares no code with the planner. For each case it simulates a short
+//! campaign, which is fitted as a user would do it, with estimated noise. From that fit a plan is
+//! made that brings every parameter to 2 % of its value. The plant simulates the commands of the
+//! plan N times, each time with another random force and other sensor noise, and each campaign is
+//! fitted by itself. *Predicted* is the standard deviation that the plan predicts, *reached* the
+//! root mean square of estimate − truth.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,7 +22,7 @@ use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Wanted deviation, as a share of the value.
+/// Wanted standard deviation, as a share of the value.
 const WANTED: f64 = 0.02;
 
 /// Random force as a share of the commanded one, and its correlation time, s.
@@ -66,7 +69,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A vehicle with its instruments, and what pushes it.
+/// A vehicle with its sensor noise and its random force.
 struct Case {
     vehicle: &'static str,
     noise: f64,
@@ -74,7 +77,8 @@ struct Case {
     seed: u64,
 }
 
-/// What one campaign of a plan gives of one parameter: estimate − truth, and the fit's own deviation.
+/// Of each parameter in one campaign of a plan: estimate − truth, and the standard deviation that
+/// the fit reports.
 type Errors = BTreeMap<String, (f64, f64)>;
 
 impl Case {
@@ -84,7 +88,7 @@ impl Case {
         Ok(Sea { instruments, force: self.force, seed: self.seed, ..Sea::new(vehicle, &Dof::PLANE) })
     }
 
-    /// The rows of this case; reached over predicted of each parameter.
+    /// Writes the section of this case to the page; returns reached over predicted of each parameter.
     fn run(&self, campaigns: usize, page: &mut String) -> Result<Vec<f64>, Failure> {
         let known = Sea { runs: 9, duration: 40.0, ..self.sea()? }.sail()?;
         let (loaded, fit) = fitted(&known, &self.folder("known"))?;
@@ -99,14 +103,14 @@ impl Case {
         let begin = Instant::now();
         let plan = campaign::plan(&PlanSource::of_fit(&loaded, &fit), &request, &|| ())?;
         let planned = begin.elapsed().as_secs_f64();
-        // the force that pushed the known campaign pushes these, whatever their commands are
+        // the random force is that of the known campaign, whatever the commands are
         let mut sea = self.planned(&known, &plan)?;
         sea.own_forces = self.as_strong(&known, &sea)?;
         let found: Vec<Errors> = (0..campaigns).into_par_iter().filter_map(|k| self.errors(&sea, k).ok()).collect();
         self.table(&plan, &known, planned, (&found, campaigns), page)
     }
 
-    /// The campaign of the plan's commands with the vehicle that sailed.
+    /// The campaign with the plan's commands and the vehicle of the known campaign.
     fn planned(&self, known: &Sailed, plan: &Plan) -> Result<Sea, Failure> {
         let given: Vec<Vec<(Dof, Vec<f64>)>> = plan
             .commands
@@ -121,7 +125,7 @@ impl Case {
         Ok(Sea { vehicle, spread: 0.0, given, runs, duration, ..self.sea()? })
     }
 
-    /// Shares of the commands of `sea` that make the random forces of `known`.
+    /// Random forces for `sea`, as shares of its commands, that are as strong as those of `known`.
     fn as_strong(&self, known: &Sailed, sea: &Sea) -> Result<Vec<(Dof, RandomForce)>, Failure> {
         if self.force.share == 0.0 {
             return Ok(Vec::new());
@@ -135,7 +139,7 @@ impl Case {
             .collect())
     }
 
-    /// Sails campaign `k` and fits it.
+    /// Simulates and fits campaign `k`.
     fn errors(&self, sea: &Sea, k: usize) -> Result<Errors, Failure> {
         let sailed = Sea { seed: self.seed + 1 + k as u64, ..sea.clone() }.sail()?;
         let folder = self.folder(&k.to_string());
@@ -214,7 +218,7 @@ fn fitted(sailed: &Sailed, folder: &Path) -> Result<(Campaign, campaign::Fit), F
     Ok((loaded, fit))
 }
 
-/// The crate's degree of freedom of the plant's.
+/// The degree of freedom of `hydrosysid` for that of the plant.
 fn dof_of(dof: Dof) -> frame::Dof {
     frame::Dof::ALL[dof.index()]
 }

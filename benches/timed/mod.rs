@@ -1,4 +1,4 @@
-//! The time that a piece of work takes.
+//! Median time of a task.
 
 use std::time::Instant;
 

@@ -52,7 +52,7 @@ pub fn angles(r: &Matrix3<f64>) -> [f64; 3] {
     [r[(2, 1)].atan2(r[(2, 2)]), theta, r[(1, 0)].atan2(r[(0, 0)])]
 }
 
-/// The angle brought to (−π, π].
+/// The angle wrapped to −π … π, rad.
 pub fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
@@ -64,7 +64,7 @@ pub fn normalised(q: Quaternion) -> Quaternion {
     q.map(|x| x / norm)
 }
 
-/// The angle by which a quaternion turns, 0 to π, rad.
+/// Angle of the rotation that a quaternion describes, 0 to π, rad.
 pub fn turn([w, x, y, z]: Quaternion) -> f64 {
     2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs())
 }
@@ -73,7 +73,8 @@ pub fn turn([w, x, y, z]: Quaternion) -> f64 {
 mod tests {
     use super::*;
 
-    /// Rounding alone.
+    /// Angles survive the way to a rotation matrix and back, and the matrix is orthogonal; the
+    /// tolerance allows for rounding only.
     #[test]
     fn exact_angles_come_back_and_rotations_are_orthogonal() {
         let given = [0.3, -0.7, 2.1];
@@ -87,7 +88,7 @@ mod tests {
         assert!((east - Vector3::y()).amax() < 1e-15);
     }
 
-    /// Ṙ = R S(ω), by central differences: error h² = 1e-10.
+    /// Ṙ = R S(ω), checked by central differences, whose error is h² = 1e-10.
     #[test]
     fn law_rate_of_the_quaternion_is_that_of_the_rotation() {
         let (q, omega, h) = (from_angles([0.4, 0.2, -1.0]), Vector3::new(0.5, -0.3, 0.8), 1e-5);

@@ -1,12 +1,13 @@
 //! The rigid body: inertia, Coriolis and centripetal forces, weight and buoyancy.
 //!
 //! ```text
-//! M_RB = [ m 1      −m S(r_g) ]      C_RB(ν) = [ m S(ω)          −m S(ω) S(r_g) ]      Fossen (2021), eq. 3.52
-//!        [ m S(r_g)  I_b      ]                [ m S(r_g) S(ω)   −S(I_b ω)      ]      and the form without v, 3.63
-//! g(η) = −[ f_g + f_b ; r_g × f_g + r_b × f_b ]      f_g = Rᵀ(0, 0, W), f_b = −Rᵀ(0, 0, B)             eq. 4.4
+//! M_RB = [ m 1      −m S(r_g) ]   C_RB(ν) = [ m S(ω)          −m S(ω) S(r_g) ]   Fossen (2021), eq. 3.52
+//!        [ m S(r_g)  I_b      ]             [ m S(r_g) S(ω)   −S(I_b ω)      ]   form without v: eq. 3.63
+//! g(η) = −[ f_g + f_b ; r_g × f_g + r_b × f_b ]    f_g = Rᵀ(0, 0, W), f_b = −Rᵀ(0, 0, B)           eq. 4.4
 //! ```
 //!
-//! Everything about the body origin; r_g centre of gravity, r_b centre of buoyancy, I_b inertia about the origin.
+//! All quantities are about the origin of the body axes; r_g is the centre of gravity, r_b the
+//! centre of buoyancy, I_b the inertia about the origin.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -15,7 +16,7 @@ use crate::attitude::cross_matrix;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// What is weighed on land, and the displacement.
+/// Mass properties and buoyancy of the rigid body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Dry mass m, kg.
@@ -59,8 +60,8 @@ impl Body {
         six(&(weight + buoyancy), &moment)
     }
 
-    /// The body with a point mass (negative: taken away) at `place` that floats by itself: its weight and a buoyancy as
-    /// large come with it.
+    /// The body with a neutrally buoyant point mass added at `place`: the mass adds its weight and
+    /// an equal buoyancy. A negative mass is taken away.
     #[must_use]
     pub fn with_floating_mass(&self, mass: f64, place: Vector3<f64>) -> Body {
         let arm = cross_matrix(&place);

@@ -1,4 +1,5 @@
-//! What a campaign is: the vehicle, its runs and instruments, the random force, and what is hidden.
+//! Description of a campaign: the vehicle, its runs and instruments, the random force, and the
+//! hidden effects.
 
 use std::fmt;
 
@@ -9,32 +10,33 @@ use crate::trials::Manoeuvre;
 use crate::vehicle::Vehicle;
 use crate::water::Sea;
 
-/// How the vehicle is commanded.
+/// Quantity that the pilot commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Commands {
-    /// By a force or moment for each degree of freedom: `tau_u` … in the log.
+    /// A force or moment for each degree of freedom: `tau_u` … in the log.
     #[default]
     Wrench,
-    /// By a command for each thruster: `V1` … in the log, `[[thruster]]` in the campaign.
+    /// A command for each thruster: `V1` … in the log, `[[thruster]]` in the campaign.
     Thrusters,
 }
 
-/// Who drives.
+/// Whether the runs are commanded open-loop or closed-loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Pilots {
-    /// Profiles in time, zig-zags apart.
+    /// Forces as functions of time; a zig-zag turns where the measured heading reaches its bound.
     #[default]
     Open,
-    /// PID on heading, depth and speed, as measured.
+    /// PID control of the measured heading, depth and speed.
     Closed,
-    /// Every other run of each.
+    /// Open-loop and closed-loop runs in turn.
     Mixed,
 }
 
-/// The random force.
+/// Size and correlation time of a random force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RandomForce {
-    /// Root mean square in each degree of freedom, as a share of that of the commanded force over the campaign.
+    /// Root mean square in each degree of freedom, as a share of the root mean square of the
+    /// commanded force over the campaign.
     pub share: f64,
     /// Correlation time, s; 0: a new number at every command sample.
     pub correlation: f64,
@@ -43,61 +45,63 @@ pub struct RandomForce {
 /// An effect that the truth has and the baseline lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
-    /// Its name: `id`, `id@dof`, `id@dof:other`, `thruster_loss@T6`, `thruster_swap@T2:T5`, or one outside the catalogue.
+    /// Name: `id`, `id@dof`, `id@dof:other`, `thruster_loss@T6`, `thruster_swap@T2:T5`, or one
+    /// outside the catalogue.
     pub name: String,
-    /// Its size, 1 for a sensible one that is plain to see.
+    /// Size: 1 is a realistic size with a clear effect on the log.
     pub size: f64,
 }
 
 impl Hidden {
-    /// The effect `name` at its sensible size.
+    /// The effect `name` at size 1.
     pub fn new(name: &str) -> Hidden {
         Hidden { name: name.to_string(), size: 1.0 }
     }
 }
 
-/// A campaign to be sailed.
+/// A campaign to be simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Campaign {
-    /// The typical vehicle.
+    /// The vehicle with its typical coefficients.
     pub vehicle: Vehicle,
-    /// Share by which its coefficients are drawn about the typical ones.
+    /// Largest deviation of a coefficient from the typical one, as a share of it; see [`Vehicle::drawn`].
     pub spread: f64,
     /// Degrees of freedom of the model.
     pub dofs: Vec<Dof>,
-    /// Degrees of freedom that move; those of the model among them.
+    /// Degrees of freedom that move, including those of the model.
     pub moves: Vec<Dof>,
-    /// Number of runs; the last third validates.
+    /// Number of runs; the last third are validation runs.
     pub runs: usize,
     /// Length of each log, s.
     pub duration: f64,
-    /// How long the vehicle sails before each log begins, s.
+    /// Time for which each run is simulated before its log begins, s.
     pub lead_in: f64,
-    /// Commands a second, Hz.
+    /// Rate of the commands, Hz.
     pub command_rate: f64,
-    /// What the commands do between their instants.
+    /// Interpolation of the commands between their instants.
     pub input: Input,
-    /// What is commanded.
+    /// Quantity that is commanded.
     pub commands: Commands,
-    /// Who drives.
+    /// Open-loop or closed-loop runs.
     pub pilots: Pilots,
-    /// What is done in the runs, in turn; the usual where there is none: each degree of freedom alone, zig-zags, all at
-    /// once.
+    /// Manoeuvres of the runs, in turn. If empty, the usual ones: each degree of freedom alone,
+    /// zig-zags, all degrees of freedom at once.
     pub manoeuvres: Vec<Manoeuvre>,
-    /// Forces of the runs by degree of freedom, N and N·m, one a command period from the first stamp on; they take the
-    /// place of manoeuvres, and none of these runs validates.
+    /// Forces of each run by degree of freedom, N and N·m, one for each command period from the
+    /// first time stamp on. They replace the manoeuvres. If there are any, no run is a validation
+    /// run.
     pub given: Vec<Vec<(Dof, Vec<f64>)>>,
-    /// Whether the first run is one at bollard pull, on load cells.
+    /// Whether the first run is at bollard pull, with load cells.
     pub bollard: bool,
     /// Instruments.
     pub instruments: Vec<Instrument>,
     /// The random force.
     pub force: RandomForce,
-    /// Random forces of single degrees of freedom, in place of `force`.
+    /// Random forces of single degrees of freedom, which replace `force` there.
     pub own_forces: Vec<(Dof, RandomForce)>,
     /// Wave forces.
     pub sea: Option<Sea>,
-    /// What is hidden.
+    /// Hidden effects.
     pub hidden: Vec<Hidden>,
     /// Rows of the Coriolis matrix that the plant lacks and the baseline has: `coriolis_yaw` …
     pub without: Vec<String>,
@@ -108,8 +112,8 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// A campaign of a vehicle with the ordinary instruments: 9 runs of 60 s in the plane, 11 otherwise; commands held,
-    /// 10 a second.
+    /// A campaign of a vehicle with the ordinary instruments: 9 runs of 60 s in the plane, 11
+    /// otherwise; commands at 10 Hz, held between their instants.
     pub fn new(vehicle: Vehicle, dofs: &[Dof]) -> Campaign {
         let plane = dofs.iter().all(|dof| Dof::PLANE.contains(dof));
         Campaign {
@@ -146,40 +150,40 @@ impl Campaign {
     }
 }
 
-/// The ordinary instruments, and the ordinary ways in which they are worse.
+/// Settings of the ordinary instruments and of their usual faults.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suite {
-    /// Samples a second of all, Hz.
+    /// Sample rate of all instruments, Hz.
     pub rate: f64,
-    /// Samples a second of the velocity; that of all where it is `None`.
+    /// Sample rate of the velocity, Hz; `None`: `rate`.
     pub dvl_rate: Option<f64>,
-    /// Noise in units of the ordinary one: 5 mm/s, 3 mrad/s, 0.5°, 5 cm north and east, 2 cm of depth.
+    /// Factor on the ordinary noise of 5 mm/s, 3 mrad/s, 0.5°, 5 cm north and east, 2 cm of depth.
     pub noise: f64,
-    /// Noise of the velocity, m/s; the ordinary one where it is `None`.
+    /// Noise of the velocity, m/s; `None`: the ordinary one times `noise`.
     pub dvl_noise: Option<f64>,
     /// Whether north and east are measured, independently of the velocity.
     pub position: bool,
-    /// Whether roll, pitch and depth are logged where they do not move.
+    /// Whether roll, pitch, yaw and depth are logged even if they do not move.
     pub attitude: bool,
-    /// Whether the velocity is logged at the rate of all and renewed at its own.
+    /// Whether the velocity is logged at `rate` but renewed only at `dvl_rate`.
     pub held: bool,
-    /// Correlation of all noise from sample to sample.
+    /// Correlation of the noise of all instruments from sample to sample.
     pub colour: f64,
-    /// Degrees of freedom of Student's t of all noise.
+    /// Degrees of freedom of Student's t, for the noise of all instruments; `None` for normal noise.
     pub student: Option<u32>,
-    /// Share of samples that are lost, and that are outliers of 20 deviations.
+    /// Share of the samples that are lost.
     pub dropouts: f64,
-    /// Share of outliers.
+    /// Share of the samples that are outliers, of 20 standard deviations each.
     pub outliers: f64,
-    /// Standard deviation of the stamps, s.
+    /// Standard deviation of the error of the time stamps, s.
     pub jitter: f64,
-    /// Age of the samples of the velocity, s.
+    /// Age of the samples of the velocity at their time stamps, s.
     pub dvl_latency: f64,
     /// Quantisation in units of the noise.
     pub quantum: f64,
-    /// Age of the samples of the gyro, s.
+    /// Age of the samples of the gyro at their time stamps, s.
     pub gyro_latency: f64,
-    /// Time constant of a low pass in the gyro, s.
+    /// Time constant of a low-pass filter in the gyro, s.
     pub gyro_filter: f64,
     /// Time constant of the filter that smooths the attitude, s.
     pub smoothing: f64,
@@ -210,7 +214,7 @@ impl Default for Suite {
 }
 
 impl Suite {
-    /// The instruments of a vehicle with these degrees of freedom.
+    /// The instruments of a vehicle that moves in these degrees of freedom.
     pub fn instruments(&self, moves: &[Dof]) -> Vec<Instrument> {
         let has = |dof: &Dof| moves.contains(dof);
         let pick = |dofs: &[Dof], all: bool, name: fn(Dof) -> &'static str, noise: f64| {
@@ -223,7 +227,7 @@ impl Suite {
         }
         let gyro = pick(angular, false, Dof::velocity, 0.003);
         let mut attitude = pick(angular, self.attitude, Dof::position, 0.5_f64.to_radians());
-        // north and east say nothing without a heading
+        // without a heading, north and east cannot be related to body axes
         if self.position && !has(&Dof::Yaw) && !self.attitude && linear[..2].iter().any(has) {
             attitude.push((Dof::Yaw.position(), 0.5_f64.to_radians() * self.noise));
         }
@@ -259,28 +263,28 @@ impl Suite {
     }
 }
 
-/// Why a campaign cannot be sailed.
+/// Reason for which a campaign cannot be simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlantError {
-    /// Nothing of this name can be hidden here.
+    /// An effect of this name cannot be hidden in this campaign.
     CannotHide {
         /// The name.
         name: String,
         /// Why not.
         reason: &'static str,
     },
-    /// A value that makes no campaign.
+    /// An invalid value.
     Wrong(String),
-    /// The motion has no bounds.
+    /// The motion diverges: a state is no longer finite.
     Diverged {
-        /// Which run.
+        /// File name of the run.
         run: String,
-        /// When, s.
+        /// Time in the run, s.
         time: f64,
     },
     /// A file cannot be written.
     File {
-        /// Which.
+        /// Path of the file.
         path: String,
         /// The system's reason.
         reason: String,

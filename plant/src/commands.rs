@@ -1,7 +1,8 @@
-//! What is sent to the actuators, held between its instants or on straight lines, and how it is miswired.
+//! Commands to the actuators, with their interpolation in time, wiring faults and backlash.
 //!
 //! ```text
-//! V = curve⁻¹(Tᵀ(TTᵀ)⁻¹ τ)  per thruster, or τ itself        logged: V or τ; issued: through wires and backlash
+//! V = curve⁻¹(Tᵀ(TTᵀ)⁻¹ τ)  per thruster, or τ itself
+//! logged: V or τ        issued: V or τ after wiring faults and backlash
 //! ```
 
 use nalgebra::Vector6;
@@ -9,28 +10,28 @@ use nalgebra::Vector6;
 use crate::actuation::CHANNELS;
 use crate::thruster::{Thruster, allocate, configuration};
 
-/// Between two commands.
+/// Interpolation between two commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Input {
-    /// The earlier one stays.
+    /// The earlier command is held.
     #[default]
     Hold,
-    /// A straight line.
+    /// A straight line from one to the next.
     Linear,
 }
 
-/// What happens between the pilot's computer and the actuators.
+/// Faults between the pilot's computer and the actuators.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wiring {
-    /// Channels whose commands are exchanged.
+    /// Pairs of channels whose commands are exchanged.
     pub swaps: Vec<(usize, usize)>,
-    /// A channel that is reversed in one run: run, channel.
+    /// Run, and the channel whose sign is reversed in it.
     pub reversed: Option<(usize, usize)>,
-    /// Width of the backlash of each channel.
+    /// Half width of the backlash of each channel, in the unit of the command.
     pub backlash: [f64; CHANNELS],
 }
 
-/// The commands of a run as they are given, instant by instant.
+/// The commands of a run, one for each command period.
 #[derive(Debug, Clone)]
 pub struct Commands<'a> {
     thrusters: &'a [Thruster],
@@ -39,14 +40,15 @@ pub struct Commands<'a> {
     input: Input,
     start: f64,
     period: f64,
-    /// As logged.
+    /// Commands as logged.
     pub logged: Vec<[f64; CHANNELS]>,
     issued: Vec<[f64; CHANNELS]>,
 }
 
 impl<'a> Commands<'a> {
-    /// None yet; the first will be for `start`, s, the others each a `period` later. The thrusters are those that the
-    /// pilot believes in.
+    /// An empty list of commands. The first one given is for the time `start`, s, each further one
+    /// for a `period` later. `thrusters` are the thrusters as the pilot knows them; empty if the
+    /// command is a wrench.
     pub fn new(
         thrusters: &'a [Thruster],
         wiring: &'a Wiring,
@@ -58,7 +60,7 @@ impl<'a> Commands<'a> {
         Commands { thrusters, wiring, run, input, start, period, logged: Vec::new(), issued: Vec::new() }
     }
 
-    /// Gives the next command.
+    /// Appends the command for a wanted wrench.
     pub fn give(&mut self, wrench: &[f64; 6], moves: [bool; 6]) {
         let mut logged = [0.0; CHANNELS];
         if self.thrusters.is_empty() {
@@ -88,7 +90,7 @@ impl<'a> Commands<'a> {
         self.issued.push(issued);
     }
 
-    /// The wrench that the last command is believed to make, N and N·m.
+    /// Wrench of the last logged command according to the thrusters as the pilot knows them, N and N·m.
     pub fn believed(&self) -> Vector6<f64> {
         let Some(logged) = self.logged.last() else { return Vector6::zeros() };
         if self.thrusters.is_empty() {
@@ -98,7 +100,8 @@ impl<'a> Commands<'a> {
         configuration(self.thrusters) * nalgebra::DVector::from_vec(forces)
     }
 
-    /// Commands at `from` with their slopes, on an interval in which none begins; `delay` s late.
+    /// Value and slope of each channel at `from`, `delay` s late. No new command may begin inside
+    /// the interval.
     pub fn line(&self, from: f64, to: f64, delay: f64) -> [(f64, f64); CHANNELS] {
         let middle = 0.5 * (from + to) - delay - self.start;
         let last = self.issued.len() - 1;
@@ -118,7 +121,7 @@ impl<'a> Commands<'a> {
     }
 }
 
-// values that are set come back bit for bit
+// values that are set are returned bit for bit
 #[cfg(test)]
 #[allow(clippy::float_cmp)]
 mod tests {

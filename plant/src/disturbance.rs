@@ -1,12 +1,13 @@
-//! The random force: first-order Gauss-Markov in each degree of freedom.
+//! Random force: a first-order Gauss-Markov process in each degree of freedom.
 //!
 //! ```text
-//! T ḋ = −d + √(2T) σ w(t)      exactly at nodes: d₊ = a d + σ √(1 − a²) n,  a = e^(−Δ/T);  straight lines between them
+//! T ḋ = −d + √(2T) σ w(t)
+//! exactly at nodes: d₊ = a d + σ √(1 − a²) n,  a = e^(−Δ/T);  straight lines between them
 //! T = 0: a new number at every command sample, held over it
 //! ```
 //!
-//! Nodes stand a hundredth of a second apart, or T/50 where that is less. The lines take (1 − a)/3 of the variance away
-//! on average over a cell: 0.7 % at most.
+//! Nodes are 0.01 s apart, or at most T/50 if that is less. On average over a cell, linear
+//! interpolation reduces the variance by a share of (1 − a)/3: 0.7 % at most.
 
 use crate::random::Random;
 
@@ -19,12 +20,12 @@ pub struct Force {
     nodes: Vec<f64>,
 }
 
-/// Greatest distance of nodes, s.
+/// Maximum distance of nodes, s.
 const SPACING: f64 = 0.01;
 
 impl Force {
-    /// A realisation of root mean square `rms` and correlation time `time` from `start` to `end`; `sample` is the
-    /// period of the commands.
+    /// A realisation of root mean square `rms` and correlation time `time` from `start` to `end`;
+    /// `sample` is the period of the commands, s.
     pub fn realise(rms: f64, time: f64, start: f64, end: f64, sample: f64, random: &mut Random) -> Force {
         let held = time <= 0.0;
         let spacing = if held { sample } else { node_spacing(time) };
@@ -41,7 +42,7 @@ impl Force {
         Force { start, spacing, held, nodes: nodes.collect() }
     }
 
-    /// Value at `from` and slope of the force on an interval that holds no node inside.
+    /// Value of the force at `from`, and its slope, on an interval without a node inside.
     pub fn line(&self, from: f64, to: f64) -> (f64, f64) {
         let position = (0.5 * (from + to) - self.start) / self.spacing;
         let k = (position.max(0.0) as usize).min(self.nodes.len() - 2);
@@ -62,7 +63,8 @@ pub fn node_spacing(time: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// 20 000 s of a force with T of 0.5 s are some 20 000 independent numbers: mean square within 3 %.
+    /// Root mean square and correlation are those asked for. 20 000 s of a force with T of 0.5 s
+    /// correspond to some 20 000 independent numbers, which give the mean square within 3 %.
     #[test]
     fn law_rms_and_correlation_are_those_asked_for() {
         for (time, lag) in [(0.5, 0.5), (3.0, 2.0), (0.05, 0.1)] {

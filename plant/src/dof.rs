@@ -1,6 +1,6 @@
-//! Degrees of freedom and the names that a log has for them (SNAME).
+//! Degrees of freedom and their names in a log (SNAME).
 
-/// A degree of freedom in body axes: forward, starboard, down, and the turns about them.
+/// A degree of freedom in body axes: x forward, y to starboard, z down, and the rotations about them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Dof {
     /// Along x.
@@ -20,7 +20,7 @@ pub enum Dof {
 impl Dof {
     /// All six, in the order of ν.
     pub const ALL: [Dof; 6] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Roll, Dof::Pitch, Dof::Yaw];
-    /// The horizontal plane.
+    /// The three of the horizontal plane.
     pub const PLANE: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
     /// Index in ν.
@@ -28,7 +28,7 @@ impl Dof {
         self as usize
     }
 
-    /// `surge` …
+    /// Name: `surge` …
     pub fn name(self) -> &'static str {
         ["surge", "sway", "heave", "roll", "pitch", "yaw"][self.index()]
     }
@@ -48,12 +48,12 @@ impl Dof {
         ["tau_u", "tau_v", "tau_w", "tau_p", "tau_q", "tau_r"][self.index()]
     }
 
-    /// Log column of the force or moment on load cells.
+    /// Log column of the force or moment that load cells measure.
     pub fn load(self) -> &'static str {
         ["load_u", "load_v", "load_w", "load_p", "load_q", "load_r"][self.index()]
     }
 
-    /// Roll, pitch or yaw.
+    /// Whether it is roll, pitch or yaw.
     pub fn is_rotation(self) -> bool {
         self.index() > 2
     }

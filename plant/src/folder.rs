@@ -1,4 +1,5 @@
-//! A campaign as the folder that `hydrosysid` reads: `campaign.toml`, one CSV a run; and `truth.json`.
+//! Writes a campaign as the folder that `hydrosysid` reads: `campaign.toml` and one CSV file for
+//! each run; and `truth.json`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -33,12 +34,12 @@ impl Sailed {
         write("truth.json", &format!("{:#}\n", self.truth_json()))
     }
 
-    /// Unit of the thrusters' commands: volts where they are, or a number from −1 to 1.
+    /// Unit of the thrusters' commands: `1` if no command exceeds 1, else `V`.
     fn command_unit(&self) -> &'static str {
         if self.vehicle.thrusters.iter().all(|t| t.max <= 1.0) { "1" } else { "V" }
     }
 
-    /// The campaign file, with the baseline that its user would write.
+    /// The campaign file, with the baseline model that a user of the vehicle would write.
     pub fn campaign_toml(&self) -> String {
         let (campaign, body) = (&self.campaign, &self.vehicle.plant.body);
         let mut text = format!(
@@ -87,7 +88,7 @@ impl Sailed {
         text
     }
 
-    /// What is true, and how the campaign was made.
+    /// The true values, and how the campaign was made.
     pub fn truth_json(&self) -> Value {
         let truth = &self.truth;
         let values: Vec<Value> =
@@ -113,7 +114,7 @@ impl Sailed {
     }
 }
 
-/// Names of effects, those that stand in all degrees of freedom by their id alone.
+/// Names of effects; an effect that is there in all of `dofs` is given once, by its id.
 fn collapsed(names: &[String], dofs: &[Dof]) -> Vec<String> {
     let mut list: Vec<String> = Vec::new();
     for name in names {

@@ -1,9 +1,10 @@
-//! What the water does to a body that moves through it with ν_r.
+//! Hydrodynamic forces on a body that moves through the water with ν_r: added mass and drag.
 //!
 //! ```text
-//! C_A(ν_r) = [ 0            −S(A₁₁v + A₁₂ω) ]                                          Fossen (2021), eq. 6.44
+//! C_A(ν_r) = [ 0            −S(A₁₁v + A₁₂ω) ]                                      Fossen (2021), eq. 6.44
 //!            [ −S(A₁₁v + A₁₂ω)  −S(A₂₁v + A₂₂ω) ]
-//! D(ν_r)ν_r, row i: Σⱼ (d_ij νⱼ + q_ij νⱼ|νⱼ| + m_ij |νⱼ|νᵢ) + c_i νᵢ³ + a_i νᵢ|νᵢ| [νᵢ < 0] + s_i √|νᵢ| νᵢ
+//! D(ν_r)ν_r, row i: Σⱼ (d_ij νⱼ + q_ij νⱼ|νⱼ| + m_ij |νⱼ|νᵢ + e_ij νⱼ² + l_ij u νⱼ)
+//!                   + c_i νᵢ³ + a_i νᵢ|νᵢ| [νᵢ < 0] + s_i √|νᵢ| νᵢ
 //!                   + f_i tanh(νᵢ/ε) + k_i zᵢ,   T_i żᵢ = νᵢ − zᵢ
 //! ```
 
@@ -23,26 +24,26 @@ pub struct Hydrodynamics {
     pub linear: Matrix6<f64>,
     /// Quadratic drag q_ij.
     pub quadratic: Matrix6<f64>,
-    /// Drag m_ij of the speed in one direction on the motion in another.
+    /// Drag m_ij |νⱼ| νᵢ: drag on the motion in i that grows with the speed in j.
     pub mixed: Matrix6<f64>,
-    /// Force e_ij in proportion to the square of the motion in another direction, whichever way that goes.
+    /// Force e_ij νⱼ²: proportional to the square of the motion in another direction, whatever its sign.
     pub even: Matrix6<f64>,
-    /// Moment l_ij of the lift of the hull: in proportion to the speed ahead and the motion across.
+    /// Moment l_ij u νⱼ of the lift of the hull: proportional to the speed ahead and the motion across.
     pub lift: Matrix6<f64>,
     /// Cubic drag c_i.
     pub cubic: [f64; 6],
-    /// Quadratic drag a_i that is more astern than ahead.
+    /// Additional quadratic drag a_i for νᵢ < 0.
     pub asymmetry: [f64; 6],
-    /// Drag s_i in proportion to the power 1.5 of the speed.
+    /// Drag s_i proportional to the power 1.5 of the speed.
     pub three_halves: [f64; 6],
     /// Dry friction f_i.
     pub friction: [f64; 6],
-    /// Fluid memory: strength k_i and time T_i, s; no memory where k_i is 0.
+    /// Fluid memory: strength k_i and time T_i, s; no memory if k_i is 0.
     pub memory: [(f64, f64); 6],
 }
 
 impl Hydrodynamics {
-    /// Nothing but the added mass.
+    /// Added mass only, without drag.
     pub fn ideal(added_mass: Matrix6<f64>) -> Hydrodynamics {
         Hydrodynamics {
             added_mass,

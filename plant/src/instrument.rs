@@ -1,9 +1,10 @@
-//! Instruments: what of the motion reaches the log, and when.
+//! Instruments: samples of the motion with noise, systematic errors and time stamps.
 //!
 //! ```text
 //! sample at t − latency, stamped t + jitter:   y = quantised((1 + s) x + b + e + outlier)
-//! e: normal or Student t, white or AR(1)       DVL: v + ω × p, turned by α about z       compass: ψ + a cos ψ + b sin ψ
-//! low pass: T ẏ = x − y                        smoothed angle: ŷ₊ = ŷ + Δx + (Δ/T)(y − ŷ), a complementary filter
+//! e: normal or Student t, white or AR(1)       DVL: v + ω × p, turned by α about z
+//! compass: ψ + a cos ψ + b sin ψ               low pass: T ẏ = x − y
+//! smoothed angle: ŷ₊ = ŷ + Δx + (Δ/T)(y − ŷ), a complementary filter
 //! ```
 
 use nalgebra::Vector3;
@@ -17,18 +18,18 @@ use crate::random::Random;
 pub struct Channel {
     /// Column of the log: `u` … `r`, `x` … `psi`, `load_u` …, `supply_V`.
     pub name: &'static str,
-    /// Standard deviation of the noise in what is logged.
+    /// Standard deviation of the logged noise.
     pub noise: f64,
     /// Bias b.
     pub bias: f64,
-    /// Error s of the scale.
+    /// Scale error s.
     pub scale: f64,
     /// Step of the quantisation; 0 for none.
     pub quantum: f64,
 }
 
 impl Channel {
-    /// A channel with nothing but noise.
+    /// A channel with noise and no other error.
     pub fn new(name: &'static str, noise: f64) -> Channel {
         Channel { name, noise, bias: 0.0, scale: 0.0, quantum: 0.0 }
     }
@@ -39,13 +40,13 @@ impl Channel {
 pub struct Instrument {
     /// Its channels.
     pub channels: Vec<Channel>,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub rate: f64,
-    /// First sample after the start, s.
+    /// Offset of the sampling instants from the multiples of the sample period, s.
     pub phase: f64,
-    /// How old a sample is when it is stamped, s.
+    /// Age of a sample at its time stamp, s.
     pub latency: f64,
-    /// Standard deviation of the stamps, s.
+    /// Standard deviation of the error of the time stamps, s; an error is at most 0.4 sample periods.
     pub jitter: f64,
     /// Share of the samples that are lost.
     pub dropouts: f64,
@@ -55,11 +56,12 @@ pub struct Instrument {
     pub student: Option<u32>,
     /// Correlation of the noise from sample to sample.
     pub colour: f64,
-    /// Time constant of a low pass before the log, s; the noise is then what the filter leaves of white noise.
+    /// Time constant of a low-pass filter before the log, s; 0 for none. The filter acts on the
+    /// noise as well; the standard deviation of the channel is that of the filtered noise.
     pub low_pass: f64,
-    /// Time constant of a complementary filter for angles, s.
+    /// Time constant of a complementary filter for angles, s; 0 for none.
     pub smoothing: f64,
-    /// Rate at which the value is renewed where it is logged more often, Hz.
+    /// Rate at which the value is renewed if it is logged more often, Hz; between renewals it is repeated.
     pub renewed: Option<f64>,
     /// Lever arm of velocities and of horizontal positions, m.
     pub lever_arm: Vector3<f64>,
@@ -67,12 +69,12 @@ pub struct Instrument {
     pub misalignment: f64,
     /// Compass deviation a cos ψ + b sin ψ, rad.
     pub deviation: (f64, f64),
-    /// Compass error by the sum of the thrusters' forces, rad/N.
+    /// Compass error per newton of [`Truth::effort`], rad/N.
     pub magnetic: f64,
 }
 
 impl Instrument {
-    /// An instrument with white noise and no other fault.
+    /// An instrument with white noise and no other error.
     pub fn new(rate: f64, channels: &[(&'static str, f64)]) -> Instrument {
         Instrument {
             channels: channels.iter().map(|(name, noise)| Channel::new(name, *noise)).collect(),
@@ -104,20 +106,20 @@ impl Instrument {
         self.channels.iter().any(|c| c.name == name)
     }
 
-    /// Whether it measures turn rates.
+    /// Whether it measures angular rates.
     pub fn is_gyro(&self) -> bool {
         ["p", "q", "r"].iter().any(|name| self.has(name))
     }
 }
 
-/// An instant as it is.
+/// True values at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Truth {
     /// Time of the run, s.
     pub time: f64,
     /// States.
     pub state: State,
-    /// Commanded force along the three axes, N: the sum of their magnitudes disturbs a compass.
+    /// Sum of the magnitudes of the commanded forces along the three body axes, N; it disturbs a compass.
     pub effort: f64,
     /// Wrench of the thrusters, N and N·m.
     pub load: [f64; 6],
@@ -125,18 +127,19 @@ pub struct Truth {
     pub supply: f64,
 }
 
-/// Internal rate of an instrument with a low pass, at least, Hz.
+/// Minimum internal rate of an instrument with a low-pass filter, Hz.
 const FILTER_RATE: f64 = 200.0;
 
-/// An instrument at work in one run.
+/// An instrument during one run, with its state and its samples so far.
 #[derive(Debug, Clone)]
 pub struct Working<'a> {
     instrument: &'a Instrument,
     random: Random,
     next: i64,
-    /// Internal samples for each that is logged.
+    /// Number of internal samples for each one that is logged.
     every: i64,
-    /// True value, filter or smoother, AR(1) noise, value that is held; by channel.
+    /// Of the last sample of each channel: value without noise, state of the filter or smoother,
+    /// AR(1) noise, logged value.
     last: Vec<[f64; 4]>,
     started: bool,
     /// Stamps, s.
@@ -146,7 +149,7 @@ pub struct Working<'a> {
 }
 
 impl<'a> Working<'a> {
-    /// Begins at the time `start`.
+    /// The instrument before its first sample, which is at `start` or later.
     pub fn new(instrument: &'a Instrument, start: f64, random: Random) -> Working<'a> {
         let every = if instrument.low_pass > 0.0 { (FILTER_RATE / instrument.rate).ceil() } else { 1.0 };
         let first = ((start + instrument.latency - instrument.phase) * instrument.rate * every - 1e-6).ceil();
@@ -163,7 +166,7 @@ impl<'a> Working<'a> {
         }
     }
 
-    /// When it samples next, s.
+    /// Time of the next sample, s.
     pub fn due(&self) -> f64 {
         self.stamp(self.next) - self.instrument.latency
     }
@@ -201,7 +204,7 @@ impl<'a> Working<'a> {
             let mut y = x + noise;
             let mut memory = y;
             if instrument.low_pass > 0.0 {
-                // the noise that goes in is such that the noise that comes out is the stated one
+                // scaled up before the filter, so that the filtered noise has the stated standard deviation
                 let a = (-step / instrument.low_pass).exp();
                 let raw = x + noise * ((1.0 + a) / (1.0 - a)).sqrt();
                 memory = if self.started { a * state + (1.0 - a) * raw } else { x + noise };
@@ -237,7 +240,7 @@ impl<'a> Working<'a> {
         self.instrument
     }
 
-    /// Whether what it measures depends on the command of the instant.
+    /// Whether its measurement depends on the command at the same instant.
     pub fn sees_command(&self) -> bool {
         self.instrument.magnetic != 0.0 || self.instrument.channels.iter().any(|c| c.name.starts_with("load"))
     }
@@ -249,7 +252,8 @@ impl<'a> Working<'a> {
     }
 }
 
-/// True value of a channel, as the instrument stands on the vehicle.
+/// Value that a channel would measure without noise, bias and scale error; the mounting of the
+/// instrument, the compass deviation and the magnetic disturbance are included.
 fn value(instrument: &Instrument, name: &str, truth: &Truth) -> f64 {
     let nu = nu_of(&truth.state);
     let attitude = || angles(&rotation(quaternion_of(&truth.state)));

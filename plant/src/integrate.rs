@@ -1,20 +1,21 @@
-//! Runge and Kutta's method of fourth order, with steps that end where the equations change.
+//! Runge-Kutta method of fourth order, with steps that end where the equations change.
 //!
 //! ```text
 //! x₊ = x + h/6 (k₁ + 2k₂ + 2k₃ + k₄)       between steps: the cubic through both ends and both slopes
 //! ```
 //!
-//! Commands, random forces and events are straight lines on an [`Interval`]. What still has a kink inside a step (a
-//! velocity that changes its sign under quadratic drag, a force that leaves the dead band) is seen by the sides of the
-//! kinks at its ends: such a step is repeated in [`PARTS`] parts.
+//! Commands and random forces are straight lines on an [`Interval`], and no event lies inside it.
+//! Other kinks can still lie inside a step, for example a velocity that changes its sign under
+//! quadratic drag, or a force that leaves the dead band. They are detected by comparing the side of
+//! each kink at both ends of the step; such a step is repeated in [`PARTS`] parts.
 
 use crate::attitude;
 use crate::plant::{Interval, Ready, STATES, State, place, quaternion_of};
 
-/// Parts of a step in which the equations have a kink.
+/// Number of parts into which a step with a kink is divided.
 pub const PARTS: usize = 16;
 
-/// A step that has been made, to be read anywhere inside.
+/// A finished step, which can be interpolated.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// Start, s.
@@ -28,7 +29,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// State at a time inside.
+    /// State at a time inside the step.
     pub fn at(&self, t: f64) -> State {
         let h = self.to - self.from;
         let s = ((t - self.from) / h).clamp(0.0, 1.0);
@@ -48,7 +49,8 @@ impl Step {
     }
 }
 
-/// Moves the plant over an interval in steps of at most `longest` s; `seen` is told each of them.
+/// Integrates the plant over an interval in steps of at most `longest` s, calls `seen` with each of
+/// them, and returns the state at the end.
 pub fn integrate(
     ready: &Ready<'_>,
     mut x: State,

@@ -1,12 +1,13 @@
-//! An underwater vehicle in the water, its pilot, its instruments and its log, written from the textbook.
+//! Simulation of an underwater vehicle, its pilot, its instruments and its log, written from the textbook.
 //!
-//! This crate imports nothing of `hydrosysid`. What `hydrosysid` says of a campaign of this plant is therefore judged by
-//! equations that it does not know: a wrong equation in one of the two shows as a disagreement. Fossen, *Handbook of
-//! Marine Craft Hydrodynamics and Motion Control*, 2nd ed. (2021), in vector form; formulas and signs of the effects
-//! are those of the catalogue of `hydrosysid`, with drag positive where it dissipates.
+//! This crate imports nothing of `hydrosysid`. The results of `hydrosysid` on a campaign of this
+//! plant are therefore checked against independent equations: a wrong equation in one of the two
+//! shows as a disagreement. The equations are those of Fossen, *Handbook of Marine Craft
+//! Hydrodynamics and Motion Control*, 2nd ed. (2021), in vector form. Formulas and signs of the
+//! effects are those of the catalogue of `hydrosysid`; drag is positive where it dissipates.
 //!
-//! A [`Campaign`] says what is wanted; [`Campaign::sail`] makes the logs and the [`Truth`]; [`Sailed::write`] makes the
-//! folder that `hydrosysid` reads.
+//! A [`Campaign`] describes the runs; [`Campaign::sail`] simulates them and returns the logs and
+//! the [`Truth`]; [`Sailed::write`] writes the folder that `hydrosysid` reads.
 
 pub mod actuation;
 pub mod attitude;

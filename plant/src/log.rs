@@ -1,4 +1,4 @@
-//! A run as it is logged, and as CSV: one row for each time stamp, empty cells where a sensor has no new sample.
+//! Log of a run, and its CSV file: one row for each time stamp, empty cells where a sensor has no new sample.
 
 use std::fmt::Write;
 
@@ -7,22 +7,22 @@ use crate::plant::State;
 /// A logged channel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Signal {
-    /// Column.
+    /// Name of the column.
     pub name: String,
-    /// Stamps, s.
+    /// Time stamps, s.
     pub time: Vec<f64>,
     /// Values, SI.
     pub values: Vec<f64>,
 }
 
-/// A run as logged.
+/// The log of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
-    /// File.
+    /// File name.
     pub name: String,
-    /// `oscillatory`, `zigzag`, `free` or `bollard`.
+    /// Kind of the run: `oscillatory`, `zigzag`, `constant_velocity`, `free` or `bollard`.
     pub kind: &'static str,
-    /// Whether it takes no part in a fit.
+    /// Whether it is a validation run, which takes no part in a fit.
     pub validates: bool,
     /// Channels.
     pub signals: Vec<Signal>,
@@ -30,7 +30,7 @@ pub struct Log {
     pub truth: Vec<(f64, State)>,
 }
 
-/// Stamps that differ by less are one row, s.
+/// Time stamps that differ by less than this are one row, s.
 const SAME: f64 = 1e-7;
 
 /// Unit of a column.
@@ -58,7 +58,7 @@ impl Log {
         self.signals.iter().all(|s| s.time.len() == rows)
     }
 
-    /// The stamps of all channels, each once.
+    /// The time stamps of all channels, each once.
     fn stamps(&self) -> Vec<f64> {
         let mut all: Vec<f64> = self.signals.iter().flat_map(|s| s.time.iter().copied()).collect();
         all.sort_unstable_by(f64::total_cmp);
@@ -66,7 +66,7 @@ impl Log {
         all
     }
 
-    /// The log as CSV. `units` of thrusters' commands are those of the vehicle: V, or 1.
+    /// The log as CSV. `command_unit` is the unit of the thrusters' commands: `V` or `1`.
     pub fn csv(&self, command_unit: &str) -> String {
         let mut text = String::from("t [s]");
         for signal in &self.signals {

@@ -65,7 +65,7 @@ fn run(arguments: &[String]) -> Result<(), PlantError> {
     Ok(())
 }
 
-/// The folder and the campaign that the arguments ask for.
+/// The folder and the campaign that the arguments describe.
 fn read(arguments: &[String]) -> Result<(String, Campaign), PlantError> {
     let wrong = |text: String| PlantError::Wrong(text);
     let after = |key: &str| arguments.iter().position(|a| a == key).and_then(|k| arguments.get(k + 1));
@@ -167,7 +167,7 @@ fn set(key: &str, value: &str, campaign: &mut Campaign, suite: &mut Suite) -> Re
     Ok(())
 }
 
-/// `surge=5:0.5`.
+/// Parses `surge=5:0.5`: degree of freedom, percent, seconds.
 fn own_force(value: &str) -> Option<(Dof, RandomForce)> {
     let (dof, force) = value.split_once('=')?;
     let (share, correlation) = force.split_once(':')?;

@@ -4,10 +4,10 @@ use crate::campaign::PlantError;
 use crate::dof::Dof;
 use crate::vehicle::Vehicle;
 
-/// A name, taken apart.
+/// A parsed name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Name<'a> {
-    /// As it is written.
+    /// The name as written.
     pub full: &'a str,
     /// The id.
     pub id: &'a str,
@@ -22,7 +22,7 @@ pub(crate) enum Place {
     Whole,
     /// One degree of freedom.
     One(usize),
-    /// One from another.
+    /// One degree of freedom under the influence of another.
     Pair(usize, usize),
     /// A thruster.
     Thruster(usize),
@@ -52,7 +52,7 @@ impl<'a> Name<'a> {
         Ok(Name { full, id, place })
     }
 
-    /// The degree of freedom of a row −C(ν)ν.
+    /// Index of the degree of freedom if the effect is a row of −C(ν)ν.
     pub fn coriolis_row(&self) -> Option<usize> {
         let row = self.id.strip_prefix("coriolis_").and_then(Dof::from_name)?;
         (self.place == Place::Whole).then_some(row.index())

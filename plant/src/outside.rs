@@ -1,36 +1,38 @@
-//! Effects that no catalogue holds: to see what is said of a gap that nothing explains.
+//! Effects that are not in the catalogue, to test the reports on a residual that no effect of the
+//! catalogue explains.
 //!
-//! Each stands beside its formula below. Those that belong to another part of the plant live there: |u|^1.5 drag in
-//! [`crate::hydrodynamics`], tide and current by heading in [`crate::water`], ripple in [`crate::actuation`], backlash
-//! and a swapped wire in [`crate::commands`], clock drift in [`crate::log`].
+//! Each is given with its formula below. Some are implemented in the part of the plant to which
+//! they belong: |u|^1.5 drag in [`crate::hydrodynamics`], tide and current by heading in
+//! [`crate::water`], ripple in [`crate::actuation`], backlash and a swapped wire in
+//! [`crate::commands`], clock drift in [`crate::sail`].
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Vector3, Vector6};
 
-/// States that all outside effects of a vehicle have together, at most.
+/// Maximum number of states of all outside effects of a vehicle together.
 pub const OUTSIDE_STATES: usize = 6;
 
 /// An effect outside the catalogue. Instants are those of the campaign's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outside {
-    /// All drag is `1 + share` times as large from `from` on: weed, a lost fairing.
+    /// All drag is `1 + share` times as large from `from` on, as with weed or a lost fairing.
     DragStep {
         /// Share of the drag that is added.
         share: f64,
         /// Instant, s.
         from: f64,
     },
-    /// A payload of `mass` at `place` hangs on from `from` on.
+    /// A neutrally buoyant payload of `mass` is attached at `place` from `from` on.
     MassStep {
-        /// Mass, kg; negative where it is dropped.
+        /// Mass, kg; negative if it is dropped.
         mass: f64,
-        /// Where it hangs, m.
+        /// Where it is attached, m.
         place: Vector3<f64>,
         /// Instant, s.
         from: f64,
     },
-    /// Drag grows by 1 + k e^(−h/h₀) above a bed that undulates: h = h₀ (1.2 + sin(2π (x + y)/λ)).
+    /// Drag is 1 + k e^(−h/h₀) times as large above an undulating bed: h = h₀ (1.2 + sin(2π (x + y)/λ)).
     GroundEffect {
         /// k.
         strength: f64,
@@ -39,7 +41,8 @@ pub enum Outside {
         /// λ, m.
         wavelength: f64,
     },
-    /// A tether that goes taut at the distance `length` from the anchor: k (d − l) + c ḋ inwards, never outwards.
+    /// A tether that goes taut at the horizontal distance `length` from the anchor. Beyond it, the tension
+    /// max(k (d − l) + c ḋ, 0) pulls towards the anchor.
     SnaggingTether {
         /// k, N/m.
         stiffness: f64,
@@ -48,7 +51,7 @@ pub enum Outside {
         /// l, m.
         length: f64,
     },
-    /// Friction that is greatest at rest: f tanh(ν/ε) e^(−(ν/s)²), ε = 0.01, s = 0.06.
+    /// Friction that is largest near rest: f tanh(ν/ε) e^(−(ν/s)²), ε = 0.01, s = 0.06.
     Stiction {
         /// f, N and N·m.
         force: [f64; 6],
@@ -76,7 +79,7 @@ pub enum Outside {
     },
 }
 
-/// What an outside effect sees.
+/// Inputs of an outside effect at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     /// ν_r.
@@ -87,7 +90,7 @@ pub struct Scene<'a> {
     pub position: Vector3<f64>,
     /// Velocity over ground, m/s.
     pub velocity: Vector3<f64>,
-    /// Where the run began.
+    /// Position at which the run began.
     pub anchor: Vector3<f64>,
     /// Drag D(ν_r) ν_r.
     pub drag: &'a Vector6<f64>,
@@ -105,7 +108,7 @@ impl Outside {
         }
     }
 
-    /// Instant at which it sets in, on the campaign's clock, s.
+    /// Instant at which it begins, on the campaign's clock, s.
     pub fn event(&self) -> Option<f64> {
         match self {
             Outside::DragStep { from, .. } | Outside::MassStep { from, .. } => Some(*from),
@@ -113,7 +116,8 @@ impl Outside {
         }
     }
 
-    /// Force in body axes (earth axes in the second vector), N and N·m; the rates of its states go to `rates`.
+    /// Force in body axes, N and N·m, and a force in earth axes, N. The rates of its states are
+    /// written to `rates`.
     pub fn force(&self, at: &Scene<'_>, states: &[f64], rates: &mut [f64]) -> (Vector6<f64>, Vector3<f64>) {
         let mut force = Vector6::zeros();
         let mut pull = Vector3::zeros();
@@ -141,7 +145,7 @@ impl Outside {
                 }
             }
             Outside::SlidingPayload { mass, period } => {
-                // s and the velocity of the payload along x over ground in body axes
+                // states: s, and the velocity of the payload over ground along the body's x axis
                 let (s, along) = (states[0], states[1]);
                 let omega = TAU / period;
                 let (u, v, r) = (at.nu[0], at.nu[1], at.nu[5]);
@@ -149,7 +153,7 @@ impl Outside {
                 let spring = mass * (omega * omega * s + 2.0 * 0.1 * omega * slip);
                 rates[0] = slip;
                 rates[1] = -spring / mass + (v + s * r) * r;
-                // sideways it is carried: what that takes beyond the mass in the middle
+                // reaction to carrying the payload sideways, beyond that of a mass fixed at the origin
                 let sideways = -mass * 2.0 * slip * r;
                 force[0] = spring;
                 force[1] = sideways;

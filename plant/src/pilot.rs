@@ -1,4 +1,4 @@
-//! Who drives: forces as functions of time, and of what the instruments say.
+//! Pilot: commanded forces as functions of time and of the measurements.
 //!
 //! ```text
 //! sines      τ = B + Σ A sin(2πt/P + φ)               zig-zag   τ = ± M, turns when |ψ − ψ₀| ≥ ψ_max
@@ -13,7 +13,7 @@ use crate::attitude::wrapped;
 use crate::dof::Dof;
 use crate::random::Random;
 
-/// A sine of a profile.
+/// One sine of a force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine {
     /// Amplitude, N or N·m.
@@ -24,7 +24,7 @@ pub struct Sine {
     pub phase: f64,
 }
 
-/// What a PID controller holds.
+/// Quantity that a PID controller controls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Holds {
     /// Position or angle.
@@ -33,7 +33,7 @@ pub enum Holds {
     Velocity,
 }
 
-/// What the pilot does in one degree of freedom.
+/// Force of the pilot in one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
     /// Offset and sines.
@@ -45,9 +45,9 @@ pub enum Law {
         /// Bound ψ_max, rad.
         bound: f64,
     },
-    /// Levels, N or N·m, each held for so many seconds.
+    /// Levels, N or N·m, and the time for which each is held, s; they repeat.
     Steps(Vec<f64>, f64),
-    /// ± the amplitude by coin, each held for so many seconds, about an offset.
+    /// An offset plus or minus the amplitude; the sign is random and held for some time.
     Random {
         /// Offset, N or N·m.
         offset: f64,
@@ -56,22 +56,24 @@ pub enum Law {
         /// Hold, s.
         hold: f64,
     },
-    /// Forces from the first stamp on, one a command period, N or N·m; none before them and after them.
+    /// Forces from the first time stamp on, one for each command period, N or N·m; zero before and
+    /// after them.
     Given(Vec<f64>),
-    /// PID on what is measured.
+    /// PID control of a measured quantity.
     Pid {
         /// Position or velocity.
         holds: Holds,
-        /// Set points, each with the time from which on it holds, s; angles and positions count from the start.
+        /// Set points, each after the time from which on it holds, s. Angles and positions are
+        /// relative to the first ones measured.
         targets: Vec<(f64, f64)>,
         /// k_p, k_i, k_d.
         gains: [f64; 3],
-        /// Greatest force, N or N·m.
+        /// Maximum force, N or N·m.
         limit: f64,
     },
 }
 
-/// What the pilot sees: the latest sample of each channel.
+/// Measurements that the pilot has: the latest sample of each channel.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Seen {
     /// ν.
@@ -80,7 +82,7 @@ pub struct Seen {
     pub pose: [f64; 6],
 }
 
-/// Laws of a run, with what they remember.
+/// The laws of a run, with their internal states.
 #[derive(Debug, Clone)]
 pub struct Pilot {
     laws: Vec<(Dof, Law)>,
@@ -90,13 +92,13 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// A pilot with these laws; several in one degree of freedom add up.
+    /// A pilot with these laws; the forces of several laws in one degree of freedom are added.
     pub fn new(laws: Vec<(Dof, Law)>, random: Random) -> Pilot {
         let memory = laws.iter().map(|(_, law)| if matches!(law, Law::Pid { .. }) { 0.0 } else { 1.0 }).collect();
         Pilot { laws, memory, start: None, random }
     }
 
-    /// Wanted wrench for the time `t`, s, asked every `period` s.
+    /// Wanted wrench at the time `t`, s; it is asked for every `period` s.
     pub fn command(&mut self, t: f64, period: f64, seen: &Seen) -> [f64; 6] {
         let start = *self.start.get_or_insert(*seen);
         let mut wrench = [0.0; 6];
@@ -137,7 +139,7 @@ impl Pilot {
                     };
                     let damping = if *holds == Holds::Position { d * seen.nu[i] } else { 0.0 };
                     let wanted = p * error + *memory - damping;
-                    // no winding up while the limit is reached
+                    // anti-windup: the integral stays as it is while the limit is reached
                     if wanted.abs() < *limit {
                         *memory += integral * error * period;
                     }
@@ -149,7 +151,7 @@ impl Pilot {
     }
 }
 
-// values that are set come back bit for bit
+// values that are set are returned bit for bit
 #[cfg(test)]
 #[allow(clippy::float_cmp)]
 mod tests {

@@ -1,12 +1,13 @@
-//! The vehicle in the water: its equations of motion.
+//! Equations of motion of the vehicle in the water.
 //!
 //! ```text
 //! M_RB ν̇ + C_RB(ν) ν + M_A ν̇_r + C_A(ν_r) ν_r + D(ν_r) ν_r + g(η) = τ + d
 //! ν_r = ν − (RᵀV, 0),   ν̇_r = ν̇ − (RᵀV̇ − ω × RᵀV, 0),   ẋ = R v,   q̇ = ½ T(q) ω
 //! ```
 //!
-//! A degree of freedom that does not move is held by forces of constraint: its row and column go. Fossen, Handbook of
-//! Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6, 8 and 10.
+//! A degree of freedom that does not move is held by constraint forces: its row and column are
+//! removed. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021),
+//! ch. 6, 8 and 10.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -20,10 +21,11 @@ use crate::water::{Current, Wave};
 /// Number of states.
 pub const STATES: usize = 13 + 6 + 6 + CHANNELS + OUTSIDE_STATES;
 
-/// Position (3), quaternion (4), ν (6), lags by degree of freedom (6), fluid memories (6), rotor lags, outside effects.
+/// Position (3), quaternion (4), ν (6), lags by degree of freedom (6), fluid memories (6), rotor
+/// lags, outside effects.
 pub type State = [f64; STATES];
 
-/// Where things stand in a [`State`].
+/// Index of the first element of each part of a [`State`].
 pub mod place {
     use super::{CHANNELS, OUTSIDE_STATES};
     /// The quaternion.
@@ -38,11 +40,11 @@ pub mod place {
     pub const ROTOR: usize = 25;
     /// Outside effects.
     pub const OUTSIDE: usize = ROTOR + CHANNELS;
-    /// Behind the last.
+    /// One past the last element.
     pub const END: usize = OUTSIDE + OUTSIDE_STATES;
 }
 
-/// Everything that makes the vehicle move.
+/// Everything that determines the motion of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
     /// Which degrees of freedom move.
@@ -51,9 +53,9 @@ pub struct Plant {
     pub body: Body,
     /// Added mass and drag.
     pub water: Hydrodynamics,
-    /// What acts of each row of C(ν)ν: 1, or 0 where it is switched off.
+    /// Factor on each row of C(ν)ν: 1 as a rule, 0 if the row is switched off.
     pub coriolis: [f64; 6],
-    /// Constant force against the motion, N and N·m: −b acts.
+    /// Constant force b, N and N·m, which acts as −b.
     pub bias: [f64; 6],
     /// Thrusters and their losses.
     pub actuation: Actuation,
@@ -63,7 +65,7 @@ pub struct Plant {
     pub waves: Vec<Wave>,
     /// A steady force north and east, N.
     pub earth_force: [f64; 2],
-    /// Stiffness of a tether to the point where the run began, N/m.
+    /// Horizontal stiffness of a tether to the point where the run began, N/m.
     pub tether_spring: f64,
     /// Drag of a tether, k z ν|ν|, per metre of depth.
     pub tether_drag: [f64; 6],
@@ -71,7 +73,7 @@ pub struct Plant {
     pub outside: Vec<Outside>,
 }
 
-/// What acts from outside on an interval of integration: straight lines in time.
+/// Inputs of the plant on an interval of integration, as straight lines in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Start, s of the run.
@@ -86,12 +88,12 @@ pub struct Interval {
     pub force: [(f64, f64); 6],
     /// V/V_ref at `from`, and its slope.
     pub supply: (f64, f64),
-    /// Where a tether is made fast, once the run has begun.
+    /// Position to which a tether is fixed; `None` before the run has begun.
     pub anchor: Option<Vector3<f64>>,
 }
 
 impl Interval {
-    /// Nothing acts from `from` to `to`.
+    /// An interval without command and random force, at the reference voltage.
     pub fn quiet(from: f64, to: f64) -> Interval {
         Interval {
             from,
@@ -110,16 +112,17 @@ impl Interval {
     }
 }
 
-/// A plant ready to move: its inertia is inverted.
+/// A plant with its inverted inertia, ready to be integrated.
 #[derive(Debug, Clone)]
 pub struct Ready<'a> {
     plant: &'a Plant,
-    /// The body and the inverse of M_RB + M_A, before and after a step of the mass.
+    /// Instant from which on it holds, body, and inverse of M_RB + M_A: from the beginning, and
+    /// after each step of the mass.
     bodies: Vec<(f64, Body, Matrix6<f64>)>,
     still: bool,
 }
 
-/// Rates of the states, and what else an instant shows.
+/// Rates of the states at an instant, with its kinks and its thrust.
 #[derive(Debug, Clone, Copy)]
 pub struct Rates {
     /// ẋ.
@@ -136,10 +139,10 @@ impl Plant {
         self.body.inertia_matrix() + self.water.added_mass
     }
 
-    /// Makes it ready.
+    /// Inverts the inertia.
     ///
     /// # Panics
-    /// Where the inertia of what moves is not positive definite.
+    /// If the inertia of the degrees of freedom that move is not positive definite.
     pub fn ready(&self) -> Ready<'_> {
         let entry = |from: f64, body: Body| {
             let matrix = body.inertia_matrix() + self.water.added_mass;
@@ -156,7 +159,7 @@ impl Plant {
     }
 }
 
-/// The inverse of the rows and columns that move, 0 elsewhere.
+/// Inverse of the matrix of the rows and columns that move; 0 elsewhere.
 fn constrained_inverse(matrix: &Matrix6<f64>, moves: [bool; 6]) -> Matrix6<f64> {
     let mut square = *matrix;
     for i in 0..6 {

@@ -1,4 +1,4 @@
-//! Sails a campaign: runs, instruments and random numbers put together.
+//! Simulation of a campaign: combines runs, instruments and random numbers.
 
 use nalgebra::Vector3;
 
@@ -20,26 +20,26 @@ use crate::trials::{Kind, Trial, trials};
 use crate::truth::Truth;
 use crate::vehicle::Vehicle;
 
-/// Time from the start of one run to that of the next on the campaign's clock beyond the run itself, s.
+/// Pause between the end of one run and the start of the next on the campaign's clock, s.
 pub const PAUSE: f64 = 120.0;
 
-/// Reference of the supply voltage, its fall over a run and its spread from run to run, V.
+/// Reference of the supply voltage, its fall over a run, and its fall over the runs of the campaign, V.
 const SUPPLY: [f64; 3] = [15.5, 1.2, 0.8];
 
-/// Rehearsals until the inertia and the amplitude of the motion agree.
+/// Number of rehearsals in which the inertia and the amplitude of the motion converge.
 const ROUNDS: usize = 4;
 
-/// Longest step of a rehearsal that only asks for the commands, s.
+/// Longest step of a rehearsal, s.
 const REHEARSAL_STEP: f64 = 0.05;
 
-/// A campaign that has been sailed.
+/// A simulated campaign.
 #[derive(Debug, Clone)]
 pub struct Sailed {
-    /// What was asked for.
+    /// The campaign as described.
     pub campaign: Campaign,
-    /// The vehicle that was drawn, as its owner knows it.
+    /// The drawn vehicle as its owner knows it, without the hidden effects.
     pub vehicle: Vehicle,
-    /// The plant that sailed.
+    /// The simulated plant, with the hidden effects.
     pub plant: Plant,
     /// Names of the effects of the baseline.
     pub baseline: Vec<String>,
@@ -50,10 +50,11 @@ pub struct Sailed {
 }
 
 impl Campaign {
-    /// Sails all runs.
+    /// Simulates all runs.
     ///
     /// # Errors
-    /// [`PlantError`] where something cannot be hidden or the motion has no bounds.
+    /// [`PlantError`] if an effect cannot be hidden, the motion diverges, or a degree of freedom of
+    /// the model does not move.
     pub fn sail(&self) -> Result<Sailed, PlantError> {
         if self.dofs.iter().any(|dof| !self.moves.contains(dof)) {
             return Err(PlantError::Wrong("every degree of freedom of the model must be one that moves".to_string()));
@@ -72,8 +73,8 @@ impl Campaign {
         Ok(Sailed { campaign: self.clone(), vehicle, plant, baseline, logs, truth })
     }
 
-    /// Keulegan-Carpenter numbers of the runs, where the inertia depends on them: the motion depends on the inertia and
-    /// that on the motion, so that it takes a few rounds.
+    /// Sets the Keulegan-Carpenter numbers of the runs if the inertia depends on them. The motion
+    /// depends on the inertia and the inertia on the motion, so this is iterated.
     fn number_runs(&self, setup: &mut Setup, trials: &[Trial]) -> Result<(), PlantError> {
         let depends: Vec<usize> = (0..6).filter(|i| setup.amplitude[*i] != 0.0).collect();
         if depends.is_empty() {
@@ -94,8 +95,9 @@ impl Campaign {
         Ok(())
     }
 
-    /// Root mean square of the commanded force over the campaign, N and N·m: from a rehearsal in still water with long
-    /// steps. A degree of freedom that is hardly commanded counts as 30 % of its rated force.
+    /// Root mean square of the commanded force over the campaign, N and N·m, from a rehearsal
+    /// without random force and with long steps. For a degree of freedom commanded with less than
+    /// 5 % of its rated force it is 30 % of the rated force.
     fn commanded_rms(&self, setup: &Setup, trials: &[Trial]) -> Result<[f64; 6], PlantError> {
         let (mut sum, mut count) = ([0.0; 6], 0.0);
         for (index, trial) in trials.iter().enumerate().filter(|(_, trial)| trial.kind != Kind::Bollard) {
@@ -120,7 +122,7 @@ struct Voyage<'a> {
     index: usize,
 }
 
-/// File of a run.
+/// File name of a run.
 pub(crate) fn file_of_run(run: usize) -> String {
     format!("run{run:02}.csv")
 }
@@ -130,7 +132,7 @@ impl Voyage<'_> {
         Random::new(self.campaign.seed, (purpose << 32) + ((self.index as u64) << 8))
     }
 
-    /// The log, and the commanded wrenches; without instruments where it is a rehearsal.
+    /// The log, and the commanded wrenches. Without instruments if `logs` is false, as in a rehearsal.
     fn sail(&self, sigma: &[f64; 6], step: f64, logs: bool) -> Result<(Log, Vec<[f64; 6]>), PlantError> {
         let (campaign, setup) = (self.campaign, self.setup);
         let name = file_of_run(self.index);
@@ -192,7 +194,7 @@ impl Voyage<'_> {
         let mut truth = Vec::new();
         let mut wrenches = Vec::new();
         let mut anchor: Option<Vector3<f64>> = None;
-        // one tick beyond the last stamp, for the samples at the end
+        // one tick beyond the last time stamp, for the samples at the end
         for tick in -lead..=last {
             let (from, to) = (stamp(tick), stamp(tick + 1));
             let seen = seen(&working, from, &x);
@@ -223,7 +225,7 @@ impl Voyage<'_> {
             }
             setup.events(clock).into_iter().for_each(&mut add);
             edges.sort_unstable_by(f64::total_cmp);
-            // nodes of several forces fall on one instant
+            // nodes of several forces can coincide
             edges.dedup_by(|later, earlier| *later - *earlier < 1e-9);
             for pair in edges.windows(2) {
                 let (a, b) = (pair[0], pair[1]);
@@ -239,7 +241,8 @@ impl Voyage<'_> {
                 };
                 x = integrate(&ready, x, &interval, step, |done| {
                     for one in &mut working {
-                        // what depends on the command sees the one that is given at that very instant
+                        // a sample that depends on the command is taken with the command that
+                        // begins at the same instant
                         let until = if one.sees_command() { done.to - 1e-9 } else { done.to + 1e-9 };
                         while one.due() <= until {
                             let t = one.due();
@@ -264,7 +267,8 @@ impl Voyage<'_> {
         Ok((log, wrenches))
     }
 
-    /// Supply voltage, V: it falls over a run; over the campaign it has the reference as its mean.
+    /// Supply voltage, V. It falls over a run and from run to run; its mean over the campaign is
+    /// the reference.
     fn supply(&self, t: f64) -> f64 {
         let [reference, fall, spread] = SUPPLY;
         let runs = self.campaign.runs as f64;
@@ -306,7 +310,8 @@ impl Voyage<'_> {
     }
 }
 
-/// What the pilot sees at the time t: the newest sample of each channel, the true value of what nobody measures.
+/// Measurements that the pilot has at the time t: the newest sample of each channel, or the true
+/// value if there is no sample.
 fn seen(working: &[Working<'_>], t: f64, x: &State) -> Seen {
     let mut seen = Seen::default();
     let angles = crate::attitude::angles(&crate::attitude::rotation(crate::plant::quaternion_of(x)));
@@ -331,7 +336,8 @@ fn seen(working: &[Working<'_>], t: f64, x: &State) -> Seen {
     seen
 }
 
-/// Sum of the magnitudes of the commanded forces, N, where a compass is disturbed by it.
+/// Sum of the magnitudes of the commanded forces along the body axes, N; 0 for an instrument that
+/// it does not disturb.
 fn effort(interval: &Interval, t: f64, instrument: &Instrument, believed: &[crate::thruster::Thruster]) -> f64 {
     if instrument.magnetic == 0.0 {
         return 0.0;

@@ -1,4 +1,5 @@
-//! Where the parameters of each effect of the catalogue stand in the plant, their names, and what size is sensible.
+//! For each effect of the catalogue: the places of its parameters in the plant, their names, and
+//! their realistic values.
 
 use crate::hide::Setup;
 use crate::instrument::{Channel, Instrument};
@@ -8,8 +9,8 @@ use crate::vehicle::Vehicle;
 /// Symbols of the velocities.
 pub(crate) const V: [&str; 6] = ["u", "v", "w", "p", "q", "r"];
 
-/// The places of an effect's parameters, each with the name that `hydrosysid` has for it; `None` for an effect that is
-/// not a plain number in the plant, or whose instrument is not there.
+/// The places of an effect's parameters, each with its name in `hydrosysid`; `None` if the effect
+/// is more than numbers of the plant, or if its instrument is missing.
 pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(String, &'s mut f64)>> {
     let Setup { plant, instruments, amplitude, waves, .. } = setup;
     let water = &mut plant.water;
@@ -91,12 +92,13 @@ pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(St
     })
 }
 
-/// The channel of this name, whatever instrument has it.
+/// The first channel of this name in any instrument.
 pub(crate) fn of<'i>(instruments: &'i mut [Instrument], name: &str) -> Option<&'i mut Channel> {
     instruments.iter_mut().find_map(|i| i.channel(name))
 }
 
-/// Values of an effect's parameters at a size, in the order of its [`slots`]: 1 is plain to see, 0 is nothing.
+/// Values of an effect's parameters at a size, in the order of its [`slots`]. Size 1 has a clear
+/// effect on the log, size 0 none.
 pub(crate) fn sensible(name: &Name<'_>, vehicle: &Vehicle, size: f64, duration: f64) -> Option<Vec<f64>> {
     let speed = vehicle.speed();
     let (i, j) = match name.place {

@@ -1,8 +1,9 @@
-//! One thruster: where it sits, what it gives for a command, and how it fails.
+//! One thruster: position, thrust curve and faults.
 //!
 //! ```text
-//! F = (a V'|V'| + b V') (V_s/V_ref)ⁿ (1 − k_a |s·(v + ω × p)|) (1 − k),   V' = sign(V) max(|V| − c, 0), |V| ≤ V_max
-//! T Ḟ' = F − F'        a, b by direction; k: loss, all along or from an instant on; n supply; k_a advance
+//! F = (a V'|V'| + b V') (V_s/V_ref)ⁿ (1 − k_a |s·(v + ω × p)|) (1 − k)
+//! V' = sign(V) max(|V| − c, 0), |V| ≤ V_max,   T Ḟ' = F − F'
+//! a, b: curve by direction; n: supply voltage; k_a: advance; k: loss, always or from an instant on
 //! ```
 //!
 //! Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 1 and 16; Fossen (2021), ch. 9.
@@ -20,11 +21,11 @@ pub struct Thruster {
     pub axis: Vector3<f64>,
     /// a, N per squared unit of the command, and b, N per unit, for positive commands.
     pub forward: (f64, f64),
-    /// The same for negative commands, both positive.
+    /// The same for negative commands; both are positive numbers.
     pub reverse: (f64, f64),
     /// Dead band c of the command.
     pub deadband: f64,
-    /// Greatest command.
+    /// Maximum of the command.
     pub max: f64,
     /// Rotor lag T, s; 0 for none.
     pub lag: f64,
@@ -32,7 +33,8 @@ pub struct Thruster {
     pub advance_loss: f64,
     /// Exponent n of the supply voltage.
     pub supply_exponent: f64,
-    /// Share k of the force that is lost (2: wired the wrong way round), and the campaign's clock from which on, s.
+    /// Share k of the force that is lost (2: reversed polarity), and the instant of the campaign's
+    /// clock from which on, s.
     pub loss: (f64, f64),
 }
 
@@ -68,7 +70,7 @@ impl Thruster {
         (a * v * v + b * v).copysign(command)
     }
 
-    /// The command that gives a force, within the limit.
+    /// The command for a force, limited to the maximum.
     pub fn command(&self, force: f64) -> f64 {
         if force == 0.0 {
             return 0.0;
@@ -79,7 +81,7 @@ impl Thruster {
         (v + self.deadband).min(self.max).copysign(force)
     }
 
-    /// Wrench of a force of 1 N: (s, p × s).
+    /// Wrench of a force of 1 N of this thruster: (s, p × s).
     pub fn unit_wrench(&self) -> Vector6<f64> {
         crate::body::six(&self.axis, &self.position.cross(&self.axis))
     }
@@ -90,7 +92,7 @@ pub fn configuration(thrusters: &[Thruster]) -> Matrix6xX<f64> {
     Matrix6xX::from_columns(&thrusters.iter().map(Thruster::unit_wrench).collect::<Vec<_>>())
 }
 
-/// Forces of least squares that give a wrench as nearly as the thrusters can: Tᵀ (T Tᵀ + ε)⁻¹ τ.
+/// Least-squares forces of the thrusters for a wrench: Tᵀ (T Tᵀ + ε)⁻¹ τ.
 pub fn allocate(thrusters: &[Thruster], wrench: &Vector6<f64>) -> Vec<f64> {
     let t = configuration(thrusters);
     let mut square = &t * t.transpose();

@@ -1,4 +1,5 @@
-//! The runs of a campaign: each degree of freedom alone, zig-zags, everything at once; or under automatic control.
+//! The runs of a campaign: each degree of freedom alone, zig-zags, all degrees of freedom at once,
+//! or automatic control.
 
 use std::f64::consts::{FRAC_PI_3, PI, TAU};
 
@@ -8,7 +9,7 @@ use crate::pilot::{Holds, Law, Sine};
 use crate::random::Random;
 use crate::vehicle::Vehicle;
 
-/// What a run is called in the campaign.
+/// Kind of a run in the campaign file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A sine in one degree of freedom.
@@ -19,12 +20,12 @@ pub enum Kind {
     ConstantVelocity,
     /// Anything else under way.
     Free,
-    /// Held, on load cells.
+    /// Held on load cells.
     Bollard,
 }
 
 impl Kind {
-    /// Its word in a campaign file.
+    /// Name of the kind in a campaign file.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Oscillatory => "oscillatory",
@@ -36,12 +37,12 @@ impl Kind {
     }
 }
 
-/// One run to be sailed.
+/// One run to be simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     /// Kind.
     pub kind: Kind,
-    /// Whether it takes no part in a fit.
+    /// Whether it is a validation run, which takes no part in a fit.
     pub validates: bool,
     /// Laws of the pilot.
     pub laws: Vec<(Dof, Law)>,
@@ -51,30 +52,31 @@ pub struct Trial {
     pub depth: f64,
 }
 
-/// What is done in a run.
+/// Manoeuvre of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Manoeuvre {
-    /// A sine in one degree of freedom of so much of the rated force, about an offset.
+    /// A sine in one degree of freedom about an offset; amplitude and offset as shares of the rated force.
     Alone(Dof, f64, f64),
-    /// A zig-zag with so much of the rated moment.
+    /// A zig-zag with this share of the rated moment.
     Zigzag(f64),
     /// Three sines in each degree of freedom.
     Multisine,
-    /// Coins in each degree of freedom, as a pseudo-random binary sequence.
+    /// A random binary sequence in each degree of freedom.
     Random,
     /// Steps in each degree of freedom, one after the other.
     Steps,
-    /// A constant share of the rated force in one degree of freedom: constant velocity after a while.
+    /// A constant share of the rated force in one degree of freedom, which leads to a constant velocity.
     Constant(Dof, f64),
-    /// PID on what is measured.
+    /// PID control of the measurements.
     Controlled,
-    /// Held, on load cells.
+    /// Held on load cells.
     Bollard,
 }
 
 impl Manoeuvre {
-    /// The manoeuvre of this name: a degree of freedom, `zigzag`, `multisine`, `random`, `steps`, `constant` (ahead),
-    /// `constant:yaw=-0.4` (share of the rated force), `controlled`, `bollard`.
+    /// The manoeuvre of this name: a degree of freedom, `zigzag`, `multisine`, `random`, `steps`,
+    /// `constant` (ahead), `constant:yaw=-0.4` (share of the rated force), `controlled` or
+    /// `bollard`.
     pub fn named(name: &str) -> Option<Manoeuvre> {
         if let Some((dof, share)) = name.strip_prefix("constant:").and_then(|rest| rest.split_once('=')) {
             return Some(Manoeuvre::Constant(Dof::from_name(dof)?, share.parse().ok()?));
@@ -124,7 +126,7 @@ pub fn trials(campaign: &Campaign, vehicle: &Vehicle) -> Vec<Trial> {
         .collect()
 }
 
-/// What the runs of a campaign with these degrees of freedom do, in turn.
+/// The usual manoeuvres of the training or validation runs with these degrees of freedom, in turn.
 fn usual(dofs: &[Dof], validates: bool) -> Vec<Manoeuvre> {
     let has = |dof: Dof| dofs.contains(&dof);
     let steers = has(Dof::Surge) && has(Dof::Yaw);
@@ -143,7 +145,7 @@ fn usual(dofs: &[Dof], validates: bool) -> Vec<Manoeuvre> {
         list.push(Manoeuvre::Alone(*dof, if *dof == Dof::Surge { 0.6 } else { 0.9 }, 0.0));
     }
     if dofs.len() > 3 {
-        // ten runs are enough: surge ahead stands in the others
+        // to save a run: the zig-zag and the multisine also go ahead
         list.remove(0);
     }
     if steers {
@@ -185,7 +187,7 @@ fn laws(manoeuvre: Manoeuvre, campaign: &Campaign, vehicle: &Vehicle, random: &m
     }
 }
 
-/// Four levels in one degree of freedom while the others rest, then in the next.
+/// Four levels of force in one degree of freedom while the others have none, then in the next.
 fn steps(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Vec<(Dof, Law)> {
     let hold = random.between(3.0, 5.0);
     let count = campaign.dofs.len();
@@ -214,7 +216,7 @@ fn everything(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Ve
     campaign.dofs.iter().map(law).collect()
 }
 
-/// PID: speed in surge and sway, depth, heading; level in roll and pitch.
+/// PID control of the speed in surge and sway, of depth, heading, roll and pitch.
 fn controlled(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Vec<(Dof, Law)> {
     let inertia = vehicle.plant.inertia();
     let speed = vehicle.speed();
@@ -230,7 +232,7 @@ fn controlled(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Ve
             .collect::<Vec<_>>()
         };
         let (m, limit) = (inertia[(i, i)], vehicle.rated[i]);
-        // bandwidths of about 0.8 rad/s for speeds and 0.7 rad/s, well damped, for positions
+        // bandwidths of about 0.8 rad/s for speeds, and about 0.7 rad/s, well damped, for positions
         let law = match dof {
             Dof::Surge => Law::Pid {
                 holds: Holds::Velocity,

@@ -1,5 +1,5 @@
-//! What is true of a campaign: the parameters of the baseline's terms and of what is hidden, by the names that
-//! `hydrosysid` has for them, and the random force.
+//! True values of a campaign: the parameters of the baseline's terms and of the hidden effects, by
+//! their names in `hydrosysid`, and the random force.
 //!
 //! Signs: drag positive where it dissipates, a bias b acts as −b, inertia is dry plus added.
 
@@ -38,21 +38,21 @@ pub struct TrueForce {
     pub commanded: f64,
 }
 
-/// Everything that is true of a campaign.
+/// All true values of a campaign.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Truth {
     /// Values of the parameters of baseline and hidden effects.
     pub values: Vec<TrueValue>,
-    /// Names of what is hidden.
+    /// Names of the hidden effects.
     pub hidden: Vec<String>,
-    /// The random force by degree of freedom; none where there is none.
+    /// The random force of each degree of freedom that has one.
     pub force: Vec<TrueForce>,
     /// Standard deviation of the noise by channel.
     pub noise: BTreeMap<String, f64>,
 }
 
 impl Truth {
-    /// The value of the only, or first, parameter of a term.
+    /// The value of the first parameter of a term.
     pub fn value(&self, effect: &str) -> Option<f64> {
         self.values.iter().find(|v| v.effect == effect).map(|v| v.value)
     }
@@ -76,7 +76,7 @@ impl Truth {
     }
 }
 
-/// Names of the effects that a plant without losses has in the degrees of freedom of a model, each with its place.
+/// Names of the effects of a plant without losses in the degrees of freedom of a model, each with its place.
 pub(crate) fn baseline(plant: &Plant, dofs: &[Dof]) -> Vec<String> {
     let mut list = Vec::new();
     let inertia = plant.inertia();
@@ -92,7 +92,7 @@ pub(crate) fn baseline(plant: &Plant, dofs: &[Dof]) -> Vec<String> {
         }
     }
     for i in dofs {
-        // a symmetric term stands once where both are modelled
+        // a symmetric term is listed once if both degrees of freedom are modelled
         for j in moving.iter().filter(|j| *j != i && !(dofs.contains(j) && *j < i)) {
             if inertia[(i.index(), j.index())].abs() > 1e-12 {
                 list.push(format!("added_mass_coupling@{}:{}", i.name(), j.name()));
@@ -214,7 +214,7 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
     slots(&name, setup).into_iter().flatten().map(|(symbol, value)| one(&symbol, *value)).collect()
 }
 
-/// True values of a term that has its own in each run, one run after the other: `V_N of run00.csv`.
+/// True values of a term with its own values in each run, run by run: `V_N of run00.csv`.
 fn of_runs(effect: &str, symbols: &[&str], runs: impl Iterator<Item = Vec<f64>>) -> Vec<TrueValue> {
     let of_run = |(run, values): (usize, Vec<f64>)| {
         let of = |(symbol, value): (&&str, f64)| TrueValue {

@@ -1,8 +1,8 @@
-//! Water that moves: currents and waves.
+//! Motion of the water: currents and waves.
 //!
 //! ```text
 //! steady        V = V₀                                        tide   V = V₀ (cos α, sin α),  α = α₀ + 2πt/P
-//! by heading    V = V₀ (1 + cos(ψ − ψ₀))/2                    (a vehicle in the lee of a wall, for one)
+//! by heading    V = V₀ (1 + cos(ψ − ψ₀))/2                    (for example a vehicle in the lee of a wall)
 //! waves         Xᵢ = Σ aₖ sin(ωₖ t + φₖ),  aₖ² ∝ S(ωₖ) Δω     S of JONSWAP, γ = 1: Pierson and Moskowitz
 //! ```
 //!
@@ -14,35 +14,35 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::random::Random;
 
-/// How the water moves.
+/// The current.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Current {
-    /// Not at all.
+    /// No current.
     #[default]
     Still,
-    /// With this constant velocity, m/s.
+    /// A constant velocity, m/s.
     Steady(Vector3<f64>),
-    /// It turns once in `period` s of the campaign's clock.
+    /// A current of constant speed whose direction turns once in `period` s of the campaign's clock.
     Tide {
         /// Speed, m/s.
         speed: f64,
-        /// Period of a whole turn, s.
+        /// Period of a full turn, s.
         period: f64,
         /// Direction at the clock's zero, rad from north.
         direction: f64,
     },
-    /// It depends on the vehicle's heading.
+    /// A current that depends on the vehicle's heading.
     ByHeading {
-        /// Greatest velocity, m/s.
+        /// Maximum velocity, m/s.
         velocity: Vector3<f64>,
-        /// Heading at which it is greatest, rad.
+        /// Heading of the maximum, rad.
         heading: f64,
     },
 }
 
 impl Current {
-    /// Velocity V and its derivative V̇ over ground at the campaign's `clock`, s, for a vehicle with rotation matrix
-    /// `r` and rates `omega`.
+    /// Velocity V over ground and its derivative V̇ at the campaign's `clock`, s, for a vehicle
+    /// with rotation matrix `r` and angular rates `omega`, rad/s.
     pub fn velocity(&self, clock: f64, r: &Matrix3<f64>, omega: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         match self {
             Current::Still => (Vector3::zeros(), Vector3::zeros()),
@@ -54,7 +54,7 @@ impl Current {
                 (speed * Vector3::new(cos, sin, 0.0), speed * rate * Vector3::new(-sin, cos, 0.0))
             }
             Current::ByHeading { velocity, heading } => {
-                // ψ and ψ̇ of the bow's direction in the horizontal plane
+                // ψ and ψ̇: direction of the bow in the horizontal plane, and its rate
                 let (bow, starboard, down) = (r.column(0), r.column(1), r.column(2));
                 let moved = starboard * omega.z - down * omega.y;
                 let square = bow[0] * bow[0] + bow[1] * bow[1];
@@ -80,7 +80,7 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Force at the time t of the run.
+    /// Force at the time `t` of the run, s.
     pub fn force(&self, t: f64) -> f64 {
         self.amplitude * (self.frequency * t + self.phase).sin()
     }
@@ -104,7 +104,7 @@ impl Sea {
     /// The components of one realisation.
     pub fn realise(&self, random: &mut Random) -> Vec<Wave> {
         let peak = TAU / self.period;
-        // one frequency at random in each of equal cells: the record does not repeat
+        // one random frequency in each of equal cells, so that the record does not repeat
         let frequencies: Vec<f64> =
             (0..COMPONENTS).map(|k| peak * (0.5 + 2.0 * (k as f64 + random.uniform()) / COMPONENTS as f64)).collect();
         let density: Vec<f64> = frequencies.iter().map(|w| self.density(w / peak)).collect();
@@ -119,7 +119,7 @@ impl Sea {
         waves
     }
 
-    /// JONSWAP's S at the frequency `x` in units of the peak's, up to a factor.
+    /// JONSWAP spectrum S up to a factor; `x` is the frequency over that of the peak.
     fn density(&self, x: f64) -> f64 {
         let width = if x <= 1.0 { 0.07 } else { 0.09 };
         let bump = (-(x - 1.0).powi(2) / (2.0 * width * width)).exp();
@@ -131,7 +131,9 @@ impl Sea {
 mod tests {
     use super::*;
 
-    /// Over 4000 s the mean square of 24 sines is that of the sum of their squares to some per cent.
+    /// Wave forces have the root mean square that is asked for. The tolerance of 5 % is for the
+    /// finite time: over 4000 s the mean square of 24 sines differs by a few per cent from the sum
+    /// of their mean squares.
     #[test]
     fn law_a_sea_has_the_rms_it_is_given() {
         let sea = Sea { rms: [3.0, 0.0, 0.0, 0.0, 0.0, 0.5], period: 4.0, enhancement: 3.3 };
@@ -143,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Central differences of a turning vehicle: error h².
+    /// V̇ is the derivative of V for a turning vehicle, checked by central differences with an error of h².
     #[test]
     fn law_acceleration_of_the_water_is_the_derivative_of_its_velocity() {
         let omega = Vector3::new(0.2, -0.3, 0.4);

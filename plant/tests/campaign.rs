@@ -1,4 +1,4 @@
-//! What a campaign is told to do, its logs show.
+//! The logs of a campaign show what its settings ask for.
 
 use hydrosysid_plant::log::Log;
 use hydrosysid_plant::{Campaign, Dof, Manoeuvre, Pilots, RandomForce, Sailed, Suite, Vehicle};
@@ -22,7 +22,7 @@ fn deviation(x: &[f64]) -> f64 {
     (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// The truth is to stand on its own: this package does not know the one that it judges.
+/// The package does not depend on `hydrosysid`, so that its results are an independent reference.
 #[test]
 fn no_code_is_shared() {
     let manifest = include_str!("../Cargo.toml");
@@ -35,14 +35,14 @@ fn no_code_is_shared() {
     assert!(dependencies.iter().all(|name| !name.starts_with("hydrosysid")), "{dependencies:?}");
 }
 
-/// What a PID commands depends on what it sees, noise included; what is open goes by the clock.
+/// The commands of a closed loop depend on the measurement noise, those of an open loop on time only.
 #[test]
 fn a_closed_loop_feeds_the_noise_back() {
     let commands = |pilots: Pilots, noise: f64| {
         let mut campaign = campaign("laurs", &Dof::PLANE);
         campaign.pilots = pilots;
         campaign.instruments = Suite { noise, ..Suite::default() }.instruments(&Dof::PLANE);
-        // a zig-zag turns where the measured heading says so
+        // a zig-zag depends on the measured heading even in an open-loop run
         let logs = sail(&campaign).logs;
         logs.iter().filter(|log| log.kind != "zigzag").map(|log| values(log, "tau_u")).collect::<Vec<_>>()
     };
@@ -56,7 +56,8 @@ fn a_closed_loop_feeds_the_noise_back() {
     assert!(apart, "5 mm/s at the controller's gain are more than a thousandth of its command");
 }
 
-/// A PID on depth ends where it was told to, against the net buoyancy.
+/// PID control keeps the depth near its set points against the net buoyancy: its standard deviation
+/// in a run is below 1.5 m.
 #[test]
 fn a_closed_loop_reaches_its_set_points() {
     let mut campaign = campaign("heavy", &Dof::ALL);
@@ -65,12 +66,12 @@ fn a_closed_loop_reaches_its_set_points() {
     let logs = sail(&campaign).logs;
     let depth = |log: &Log| deviation(&values(log, "z"));
     let closed: Vec<f64> = logs.iter().map(depth).collect();
-    // set points lie within a metre of the start; half a metre of overshoot at most
+    // set points are within 1 m of the start; 0.5 m is for overshoot
     assert!(closed.iter().all(|d| *d < 1.5) && closed.iter().any(|d| *d > 0.05), "{closed:?}");
 }
 
-/// A vehicle that moves in more degrees of freedom than its model has, and whose attitude is logged with noise where the
-/// model takes it as given.
+/// The attitude outside the model is logged with noise. If `moves` has more degrees of freedom than
+/// the model, the vehicle really pitches.
 #[test]
 fn attitude_that_is_given_has_noise() {
     let mut campaign = campaign("heavy", &[Dof::Surge, Dof::Sway, Dof::Yaw]);
@@ -91,7 +92,8 @@ fn attitude_that_is_given_has_noise() {
     assert!(true_pitch(&still) < 1e-12 && true_pitch(&moving) > 1e-4, "{} {}", true_pitch(&still), true_pitch(&moving));
 }
 
-/// One degree of freedom is pushed harder, and quicker, than the others.
+/// A degree of freedom with its own random force has that root mean square and correlation time;
+/// the others keep theirs.
 #[test]
 fn each_degree_of_freedom_may_have_its_own_force() {
     let mut campaign = campaign("laurs", &Dof::PLANE);
@@ -121,7 +123,8 @@ fn forces_that_are_given_are_commanded() {
     assert!(values(&sailed.logs[0], "tau_u").iter().all(|f| f.abs() < 1e-12));
 }
 
-/// A constant share of the rated force has its degree of freedom in its name, and ends at the speed where drag balances it.
+/// The name of a constant force gives its degree of freedom and share, and the vehicle ends at the
+/// speed at which drag balances the force.
 #[test]
 fn a_constant_force_in_any_degree_of_freedom() {
     assert_eq!(Manoeuvre::named("constant"), Some(Manoeuvre::Constant(Dof::Surge, 0.6)));
@@ -139,7 +142,7 @@ fn a_constant_force_in_any_degree_of_freedom() {
     let of = |effect: &str| sailed.truth.values.iter().find(|v| v.effect == effect).expect("it is known").value;
     let (moment, rate) = (last("tau_r"), last("r"));
     assert!(moment < 0.0 && rate < 0.0, "{moment} {rate}");
-    // τ = k r + k |r| r, at rest of all else
+    // τ = k r + k |r| r, as nothing else moves
     let balance = of("linear_drag@yaw") * rate + of("quadratic_drag@yaw") * rate * rate.abs();
     assert!((balance / moment - 1.0).abs() < 1e-6, "{balance} for {moment}");
 }

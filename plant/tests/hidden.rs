@@ -1,4 +1,4 @@
-//! Every effect that can be hidden changes what is logged, goes by its name, and is not in the baseline.
+//! Every hidden effect changes the log, is listed in the truth by its name, and is not in the baseline.
 
 use hydrosysid_plant::hide::{OUTSIDE, catalogue};
 use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, PlantError, Sailed, Suite, Vehicle};
@@ -17,7 +17,7 @@ fn with(campaign: &Campaign, name: &str, size: f64) -> Result<Sailed, PlantError
     Campaign { hidden, ..campaign.clone() }.sail()
 }
 
-/// Largest difference of a logged signal, in units of the ordinary noise.
+/// Largest difference between two logs in a measured channel, in units of the ordinary noise.
 fn gap(a: &Sailed, b: &Sailed) -> f64 {
     let noise = |name: &str| match name {
         "u" | "v" | "w" => 0.005,
@@ -30,7 +30,7 @@ fn gap(a: &Sailed, b: &Sailed) -> f64 {
     for (one, other) in a.logs.iter().zip(&b.logs) {
         for signal in one.signals.iter().filter(|s| !s.name.starts_with("tau_") && !s.name.starts_with('V')) {
             let second = other.signal(&signal.name).expect("both log it");
-            // a hundredth of a second counts as much as the noise
+            // a difference of 0.01 s in the time stamps counts as much as the noise
             let late = signal.time.iter().zip(&second.time).map(|(s, t)| (s - t).abs() / 0.01);
             most = late.fold(most, f64::max);
             for (x, y) in signal.values.iter().zip(&second.values) {
@@ -48,10 +48,10 @@ fn every_effect_of_the_catalogue_shows() {
     for vehicle in ["small", "laurs", "heavy"] {
         let base = campaign(vehicle, Commands::Thrusters);
         let complete = base.sail().expect("it sails");
-        // those that push in the plane
+        // thrusters that act in the horizontal plane
         let horizontal = base.vehicle.thrusters.iter().filter(|t| t.axis.z.abs() < 0.1);
         let thrusters: Vec<&str> = horizontal.map(|t| t.name).take(2).collect();
-        // what the plane shows needs no space
+        // for the heavy vehicle, only effects that the planar vehicles cannot show, and thruster faults
         let spatial = |name: &String| {
             ["coriolis_heave", "coriolis_roll", "coriolis_pitch", "restoring", "trim", "sensor_tilt", "thruster_"]
                 .iter()
@@ -68,7 +68,7 @@ fn every_effect_of_the_catalogue_shows() {
             let value = sailed.truth.value(&name);
             assert!(value.is_some_and(|v| v != 0.0), "{vehicle}, {name}: {value:?}");
             if known {
-                // what the vehicle has anyway stays as it is
+                // an effect of the vehicle itself leaves the baseline but not the plant
                 assert_eq!(sailed.baseline.len() + 1, complete.baseline.len() - shared(&name));
                 assert!(gap(&complete, &sailed) < 1e-6, "{vehicle}, {name}");
             } else {
@@ -79,7 +79,8 @@ fn every_effect_of_the_catalogue_shows() {
     }
 }
 
-/// How many other terms go with one of a common parameter, in six degrees of freedom.
+/// Number of other terms, in six degrees of freedom, that share the parameter of this one and leave
+/// the baseline with it.
 fn shared(name: &str) -> usize {
     match name {
         "restoring_surge" | "restoring_sway" | "restoring_heave" => 2,
@@ -113,7 +114,8 @@ fn every_effect_outside_the_catalogue_shows() {
     }
 }
 
-/// Losses by degree of freedom and the rest where the wrench itself is commanded.
+/// With a wrench as the command, an effect is clear at size 1 (above three times the noise),
+/// smaller at 0.1, and absent at 0.
 #[test]
 fn size_goes_from_plain_to_nothing() {
     let base = campaign("small", Commands::Wrench);
@@ -141,7 +143,7 @@ fn what_cannot_be_hidden_is_refused() {
     }
 }
 
-/// The random force has the size that is asked for, in units of the commanded force.
+/// The random force has the size that is asked for, as a share of the commanded force.
 #[test]
 fn law_force_is_a_share_of_the_command() {
     let mut base = campaign("laurs", Commands::Wrench);
@@ -154,14 +156,15 @@ fn law_force_is_a_share_of_the_command() {
             sum += signal.values.iter().map(|f| f * f).sum::<f64>();
             count += signal.values.len() as f64;
         }
-        // the rehearsal turns the zig-zags at other instants: the command's size is the same to a few per cent
+        // 5 %: the zig-zags of the rehearsal turn at other instants, which changes the size of the
+        // command by a few per cent
         assert!((force.rms / (0.05 * (sum / count).sqrt()) - 1.0).abs() < 0.05, "{column}");
     }
     assert_eq!(sailed.truth.force.len(), 3);
 }
 
-/// The same seed is the same campaign bit for bit, another one is not; the vehicle and its commands do not depend on the
-/// force.
+/// The same seed gives the same campaign bit for bit, and another seed another campaign. Open-loop
+/// commands do not depend on the random force.
 #[test]
 fn regress_seeds_repeat() {
     let base = campaign("small", Commands::Wrench);

@@ -1,4 +1,4 @@
-//! What instruments do to a known motion.
+//! Samples of instruments during a known motion.
 
 use hydrosysid_plant::attitude::from_angles;
 use hydrosysid_plant::instrument::{Instrument, Truth, Working};
@@ -22,7 +22,7 @@ fn still(_: f64) -> State {
     x
 }
 
-/// Surge that grows by 0.1 m/s in each second, heading by 0.3 rad.
+/// Surge speed grows by 0.1 m/s per second, heading by 0.3 rad per second.
 fn ramp(t: f64) -> State {
     let mut x = still(t);
     (x[place::NU], x[place::NU + 5]) = (0.1 * t, 0.3);
@@ -43,7 +43,8 @@ fn correlation(x: &[f64], lag: usize) -> f64 {
     x.iter().zip(&x[lag..]).map(|(a, b)| a * b).sum::<f64>() / x.iter().map(|a| a * a).sum::<f64>()
 }
 
-/// 20 000 samples: deviation within 0.5 % (1 standard error), correlation within 0.007.
+/// Noise has the standard deviation and the correlation that are asked for. With 20 000 samples,
+/// one standard error of white noise is 0.5 % for the deviation and 0.007 for the correlation.
 #[test]
 fn law_noise_has_its_deviation_and_its_colour() {
     for colour in [0.0, 0.8] {
@@ -83,7 +84,8 @@ fn latency_makes_old_samples_and_jitter_moves_their_stamps() {
     assert!((deviation(&off) / 0.02 - 1.0).abs() < 0.03 && time.windows(2).all(|w| w[1] > w[0]));
 }
 
-/// 10 000 samples: a share of 10 % has a standard error of 0.3 %, one of 1 % of 0.1 %.
+/// Drop-outs and outliers have the shares that are asked for. With 10 000 samples, the standard
+/// error is 0.3 % for a share of 10 %, and 0.1 % for a share of 1 %.
 #[test]
 fn law_drop_outs_and_outliers_have_their_shares() {
     let instrument = Instrument { dropouts: 0.1, outliers: (0.01, 20.0), ..Instrument::new(10.0, &[("u", 0.005)]) };
@@ -98,17 +100,18 @@ fn student_noise_has_tails() {
     let instrument = Instrument { student: Some(3), ..Instrument::new(10.0, &[("u", 0.005)]) };
     let (_, values) = samples(&instrument, 1000.0, still);
     let far = values[0].iter().filter(|y| y.abs() > 0.02).count();
-    // beyond four deviations 6 of 1000 with 3 degrees of freedom, 0.6 of 10 000 for a normal number
+    // beyond four standard deviations: 6 of 1000 with 3 degrees of freedom, 0.6 of 10 000 for normal noise
     assert!((30..110).contains(&far), "{far}");
 }
 
-/// A low pass of 0.3 s is 0.3 s late on a ramp, and its noise has the deviation stated and the correlation of the filter.
+/// A low-pass filter of 0.3 s delays a ramp by 0.3 s; its noise has the stated standard deviation
+/// and the correlation of the filter.
 #[test]
 fn law_a_filtered_gyro_is_late_and_smooth() {
     let quiet = Instrument { low_pass: 0.3, ..Instrument::new(10.0, &[("u", 0.0)]) };
     let (time, values) = samples(&quiet, 20.0, ramp);
     let late = time[150] - 10.0 * values[0][150];
-    // half an internal sample of 5 ms belongs to the filter that holds
+    // the tolerance is for the discrete filter: half an internal sample of 5 ms
     assert!((late - 0.3).abs() < 0.004, "{late}");
     let noisy = Instrument { low_pass: 0.3, ..Instrument::new(10.0, &[("r", 0.003)]) };
     let (_, values) = samples(&noisy, 3000.0, still);

@@ -1,7 +1,9 @@
-//! The door to Python: converts what comes in, lets go of the interpreter, calls one function of the library, converts
-//! what it returns. No maths and no decisions stand here; names, defaults and classes stand in the package beside it.
+//! Python bindings: each function converts its arguments, releases the interpreter, calls the
+//! library and converts the result. The bindings contain no mathematics and no decisions; names,
+//! defaults and classes are in the Python package.
 //!
-//! Results of verbs cross as the JSON that the command line writes, so that both doors say the same.
+//! Results of verbs are passed as the JSON that the command line writes, so that both interfaces
+//! give the same.
 
 #![allow(missing_docs)] // what is public here is what the macros of PyO3 make so; `_native.pyi` is its documentation
 
@@ -45,7 +47,7 @@ mod _native {
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::PyModuleMethods;
-        // not in `__all__`, so that the stub is that of every wheel
+        // not in `__all__`, so that one stub file fits every wheel
         #[cfg(feature = "panics")]
         pyo3::types::PyAnyMethods::setattr(
             module.as_any(),

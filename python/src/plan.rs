@@ -49,7 +49,7 @@ pub fn plan_model<'py>(
     told(py, &made.map_err(|e| error::campaign(py, &e))?)
 }
 
-/// Tells of every campaign of the rehearsal that is done.
+/// A callback that reports each finished campaign of the rehearsal.
 fn rehearsed(of: usize) -> impl Fn() + Sync {
     let done = AtomicUsize::new(0);
     move || tell("rehearsing", done.fetch_add(1, Ordering::Relaxed) + 1, of)

@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 
 use crate::error;
 
-/// A run as the package hands it over: name, kind, role, ends of gaps, units of commands, signals by name. Time stamps and values were
-/// checked there: finite, increasing, of equal length.
+/// A run as the Python package passes it: name, kind, role, ends of gaps, units of commands,
+/// signals by name. The package has checked time stamps and values: finite, increasing, of equal
+/// length.
 #[derive(FromPyObject)]
 #[pyo3(transparent)]
 pub struct GivenRun<'py>(
@@ -32,7 +33,7 @@ impl GivenRun<'_> {
         self.0.4.iter().filter_map(|(name, unit)| Some((name.clone(), known(unit)?))).collect()
     }
 
-    /// The library's run.
+    /// The run as a run of the library.
     pub fn to_run(&self, py: Python<'_>) -> PyResult<Run> {
         let (name, kind, role, gaps, _, given) = &self.0;
         let kind = serde_json::from_value(kind.as_str().into()).map_err(|e| error::usage(py, &e))?;
@@ -51,7 +52,7 @@ impl GivenRun<'_> {
     }
 }
 
-/// Several runs.
+/// Several runs as runs of the library.
 pub fn to_runs(py: Python<'_>, given: &[GivenRun<'_>]) -> PyResult<Vec<Run>> {
     given.iter().map(|run| run.to_run(py)).collect()
 }

@@ -1,4 +1,5 @@
-//! Long work: without the interpreter's lock, its panics caught, its progress handed on, ended by Ctrl-C.
+//! Calls of the library: without the interpreter's lock, with panics caught, progress reported, and
+//! Ctrl-C respected.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -9,10 +10,10 @@ use hydrosysid::progress::{Step, Watch, watched};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// How often Python's signals are looked at.
+/// Interval at which Python's signals are checked.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What was caught of a panic, as an ordinary exception.
+/// A caught panic as an ordinary exception.
 fn defect(panic: &(dyn std::any::Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
     PyRuntimeError::new_err(format!("defect of hydrosysid, please report it: {}", text.unwrap_or("panic")))
@@ -21,7 +22,7 @@ fn defect(panic: &(dyn std::any::Any + Send)) -> PyErr {
 /// Runs `work` that needs the interpreter.
 ///
 /// # Errors
-/// `RuntimeError` for a panic, which is a defect of the library; what `work` raises.
+/// `RuntimeError` for a panic, which is a defect of the library; the exceptions of `work`.
 pub fn attended<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(defect(&*panic)))
 }
@@ -49,25 +50,27 @@ fn asked_for() {
 /// Runs short `work` while other Python threads go on.
 ///
 /// # Errors
-/// `RuntimeError` for a panic, which is a defect of the library; `KeyboardInterrupt` where the user asked to stop.
+/// `RuntimeError` for a panic, which is a defect of the library; `KeyboardInterrupt` if the user
+/// pressed Ctrl-C.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    // nothing that the work has touched is seen again after a panic
+    // unwind-safe: nothing that the work has changed is used again after a panic
     let done = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
     py.check_signals()?;
     done.map_err(|panic| defect(&*panic))
 }
 
-/// What the thread that works says to the one that waits.
+/// Message of the working thread to the waiting one.
 enum Event {
     Step(Step),
     Done,
 }
 
-/// Runs long `work` on a thread beside, while other Python threads go on; `progress(what, done, of)` is called for every
-/// step. What it raises, and Ctrl-C, ends the work within some milliseconds.
+/// Runs long `work` on a separate thread while other Python threads go on; calls
+/// `progress(what, done, of)` for every step. Ctrl-C, which is noticed within 50 ms, and an
+/// exception of `progress` stop the work.
 ///
 /// # Errors
-/// As [`detached`], and what `progress` raises.
+/// As [`detached`], and the exceptions of `progress`.
 pub fn interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
@@ -76,7 +79,7 @@ pub fn interruptible<T: Send>(
     py.detach(|| {
         let (say, hear) = channel();
         let steps = say.clone();
-        // who no longer listens has its reasons
+        // sending fails if the waiting thread has stopped listening, which is no error
         let watch = Watch::new(move |step| drop(steps.send(Event::Step(step))));
         let told = |step: &Step| match &progress {
             Some(call) => Python::attach(|py| call.call1(py, (&step.what, step.done, step.of)).map(drop)),

@@ -1,4 +1,4 @@
-//! `discover --adopt`: what was named is written into the campaign, and the campaign can be worked with.
+//! `discover --adopt`: the named effects are written into the campaign, and the campaign can then be fitted.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ file = \"2.csv\"
 role = \"validate\"
 ";
 
-/// A folder of its own with a vehicle that was sailed.
+/// A new folder with a simulated campaign.
 fn sailed(name: &str, bias: f64) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
@@ -27,7 +27,8 @@ fn sailed(name: &str, bias: f64) -> PathBuf {
     folder
 }
 
-/// m u̇ + k u|u| + b = τ with noise on u, sailed by small steps, and a campaign of it that lacks b.
+/// Logs of m u̇ + k u|u| + b = τ with noise on u, integrated in small steps, and a campaign whose
+/// model lacks b.
 pub fn sail(folder: &Path, bias: f64) {
     std::fs::write(folder.join("campaign.toml"), CAMPAIGN).expect("a file can be written");
     let mut noise = 1u64;
@@ -42,7 +43,7 @@ pub fn sail(folder: &Path, bias: f64) {
             writeln!(text, "{t:.1},{:.6},{:.9}", u + 0.01 * white, tau(t)).expect("it fits");
             for i in 0..small {
                 let at = t + 0.1 * (f64::from(i) + 0.5) / f64::from(small);
-                // between samples commands are taken as lines
+                // commands are linear between samples
                 let share = (at - t) / 0.1;
                 let force = tau(t) + share * (tau(t + 0.1) - tau(t));
                 u += 0.1 / f64::from(small) * (force - 40.0 * u * u.abs() - bias) / 20.0;

@@ -1,14 +1,15 @@
-//! The form of every answer on a terminal of 80 columns: a verdict of at most three lines, one table, the next command.
+//! Form of every answer on a terminal of 80 columns: a verdict of at most three lines, one table,
+//! the next command.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use hydrosysid::tank::{BlindOptions, CraftKind, Hidden, write_blind};
 
-/// Width of the terminal that all answers have to fit.
+/// Width of the terminal into which all answers must fit.
 pub(crate) const COLUMNS: usize = 80;
 
-/// A campaign of the tank whose model lacks the Munk moment, in a folder that goes with it.
+/// A campaign of the tank whose model lacks the Munk moment, in a folder that is removed with it.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -16,7 +17,7 @@ impl Folder {
         Folder::of_runs(name, CraftKind::Small, 40.0)
     }
 
-    /// The same of another vehicle, with runs of so many seconds.
+    /// The same with another vehicle and runs of `duration` seconds.
     fn of_runs(name: &str, craft: CraftKind, duration: f64) -> Folder {
         let path = std::env::temp_dir().join(format!("hydrosysid-answers-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
@@ -36,7 +37,7 @@ impl Folder {
         command.output().expect("the command starts")
     }
 
-    /// Standard output of a call that has to succeed.
+    /// Standard output of a call that must succeed.
     fn told(&self, words: &[&str]) -> String {
         let output = self.run(words);
         assert!(output.status.success(), "{words:?}: {}", text(&output.stderr));
@@ -62,7 +63,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Lines before the first table: a table has a line of rules under its headers.
+/// Lines before the first table; a table has a ruled line under its headers.
 fn before_the_table(told: &str) -> Vec<&str> {
     // the caption of a matrix belongs to it
     let lines: Vec<&str> = told.lines().filter(|line| !line.starts_with("rms error in ")).collect();
@@ -81,7 +82,7 @@ pub(crate) fn holds_the_form(words: &[&str], told: &str) {
     assert!(first[0].chars().any(char::is_alphabetic), "{words:?}: {told}");
     let last = told.lines().last().unwrap_or_default();
     assert!(last.starts_with("next: hydrosysid "), "{words:?}: {told}");
-    // a screen
+    // one screen
     assert!(told.lines().count() <= 45, "{words:?}: {} lines\n{told}", told.lines().count());
     assert!(told.matches("───").count() > 0 && tables(told) <= 1, "{words:?}: {} tables\n{told}", tables(told));
 }
@@ -96,7 +97,7 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     let fitted = folder.told(&["fit", ".", "--model", "model.toml"]);
     holds_the_form(&["fit"], &fitted);
     assert!(fitted.contains("written: model.toml"), "{fitted}");
-    // on standard error, once
+    // warnings are on standard error only
     assert!(!fitted.contains("warning: "), "{fitted}");
     let mut other = folder.read("model.toml");
     other = other.replacen("value = ", "value = 1", 1);
@@ -120,20 +121,20 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     for words in verbs {
         holds_the_form(words, &folder.told(words));
     }
-    // each names the measure by which it picks a run
+    // each answer names the measure by which it chooses a run
     let told = |verb: &str| folder.told(&[verb, ".", "--model", "model.toml"]);
-    // whatever lines it is broken into
+    // independent of line breaks
     let [simulated, compared] =
         ["simulate", "compare"].map(|verb| told(verb).split_whitespace().collect::<Vec<_>>().join(" "));
     assert!(simulated.contains("part of the motion"), "{simulated}");
     assert!(["the predicted error", "the noise of its sensor"].iter().any(|m| compared.contains(m)), "{compared}");
-    // no table of its own: the page is the answer
+    // without a table: the page is the answer
     let told = folder.told(&["report", ".", "-o", "page.html"]);
     assert!(told.lines().all(|line| line.chars().count() <= COLUMNS), "{told}");
     assert!(
         told.contains("written: page.html") && told.lines().last().is_some_and(|l| l.starts_with("next: hydrosysid"))
     );
-    // what makes a file says so, and what the file is for
+    // a verb that makes a file says so and names the next command
     let made: [&[&str]; 4] = [
         &["init", "run00.csv", "run01.csv", "--name", "own", "-o", "own"],
         &["convert", "run00.csv", "-o", "plain.csv"],
@@ -146,15 +147,15 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
         assert!(told.lines().last().is_some_and(|line| line.starts_with("next: hydrosysid ")), "{words:?}: {told}");
         assert_eq!(told.matches("hydrosysid").count(), 1, "{words:?}: {told}");
     }
-    // data on standard output is nothing but data
+    // on standard output there is only the data
     for words in [&["export", "model.toml", "--to", "csv"][..], &["export", "model.toml", "--to", "csv", "-o", "-"]] {
         assert_eq!(folder.told(words), folder.read("parameters.csv"), "{words:?}");
     }
     assert_eq!(folder.told(&["convert", "run00.csv", "-o", "-"]), folder.read("plain.csv"));
-    // what a code means is no table either
+    // the meaning of a code is not a table either
     let told = folder.told(&["explain", "M144"]);
     assert!(told.lines().count() > 3 && told.lines().all(|line| line.chars().count() <= COLUMNS), "{told}");
-    // the long tables are there for who asks
+    // -v shows the long tables
     for words in [&["fit", "."][..], &["compare", ".", "--model", "model.toml"], &["check", "."], &["discover", "."]] {
         let long = folder.told(&[words, &["-v"]].concat());
         assert!(tables(&long) > 1, "{words:?} -v: {long}");
@@ -163,7 +164,7 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
 
 #[test]
 fn a_clean_check_is_one_line_a_log_and_one_in_all() {
-    // long enough that every run shows what it moves
+    // long enough that every run excites the degrees of freedom that it moves
     let folder = Folder::of_runs("clean", CraftKind::Large, 90.0);
     let told = folder.told(&["check", "."]);
     let lines: Vec<&str> = told.lines().collect();
@@ -194,7 +195,7 @@ fn thrusters_without_tables_are_one_message() {
     let message = text(&output.stderr);
     assert!(message.contains("V1, V2, V3 have no [[thruster]] table") && message.contains("M003"), "{message}");
     assert!(!message.contains("L010") && message.matches("error").count() == 1, "{message}");
-    // a wrong unit beside them hides nothing: the likely cause comes first
+    // a further error of a unit does not hide this one: the likely cause comes first
     for k in 0..9 {
         let name = format!("run0{k}.csv");
         let rows = folder.read(&name);
@@ -253,7 +254,7 @@ fn a_plan_counts_the_data_at_hand_unless_told_not_to() {
     assert!(alone.contains("command histor") && !alone.contains("1 command histories"), "{alone}");
 }
 
-/// Each row of `simulate` has the motion of its own run.
+/// Each row of `simulate` shows the motion of its own run: not all rows of sway have the same.
 #[test]
 fn the_motion_beside_an_error_is_that_of_the_run() {
     let folder = Folder::new("motion");

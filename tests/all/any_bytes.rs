@@ -1,6 +1,8 @@
-//! Whatever stands in a campaign file or a log: a fit of finite numbers, or an error that says why not.
+//! Any content of a campaign file or a log leads to a fit with finite parameters or to an error
+//! with a message.
 //!
-//! Small changes of sound files, for every run of the tests; `fuzz/` looks further. `PROPTEST_CASES` asks for more.
+//! The tests make small random changes to sound files; `fuzz/` goes further. `PROPTEST_CASES` sets
+//! the number of cases.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -19,7 +21,7 @@ fn plain() -> String {
     format!("{CAMPAIGN}[[run]]\nfile = \"log.csv\"\n")
 }
 
-/// Words and numbers that files have, and some that they should not.
+/// Words and numbers that occur in files, and some that should not.
 const WORDS: [&str; 30] = [
     "0",
     "-1",
@@ -53,7 +55,7 @@ const WORDS: [&str; 30] = [
     "1e-9",
 ];
 
-/// Puts words in the place of stretches of a text.
+/// Replaces parts of a text by words.
 fn change(text: &str, edits: &[(prop::sample::Index, usize, usize)]) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for (at, length, word) in edits {
@@ -68,7 +70,7 @@ fn options() -> ReadOptions {
     ReadOptions { look_for_files: false, ..ReadOptions::default() }
 }
 
-/// From bytes to parameters by each estimator; how many fits there were.
+/// Fits from bytes by each estimator; returns the number of successful fits.
 fn fits(campaign: &[u8], bytes: &[u8]) -> usize {
     let Ok(file) = CampaignFile::from_bytes(campaign, Path::new("campaign.toml"), &options()) else { return 0 };
     let Ok(read) = log::read_from(bytes, "log.csv", &file.log, &log::required(&file.model.dofs)) else { return 0 };

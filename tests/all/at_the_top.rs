@@ -1,4 +1,4 @@
-//! The fit of a real log that no model follows well is where it says: at the top of its likelihood.
+//! The fit of a real log that no model describes well is at the maximum of its likelihood.
 
 use std::process::Command;
 
@@ -10,8 +10,9 @@ use hydrosysid::run::Role;
 
 use crate::shared;
 
-/// The circles of a small surface craft. Steps of parameters and noise in turns stick there on the way, tens higher in −2 ln L than
-/// the top.
+/// Circles of a small surface craft: a change of any parameter by a third of its standard deviation
+/// lowers −2 ln L by less than 0.1. Alternating steps of parameters and noise get stuck on the way,
+/// at −2 ln L tens above the optimum.
 #[test]
 fn no_parameter_of_a_field_log_leads_higher() {
     let Some(log) = shared::path("realdata/usv-bad-log/derived/boat1_2_circle.csv") else { return };
@@ -34,7 +35,7 @@ fn no_parameter_of_a_field_log_leads_higher() {
                 let mut model = fit.model.clone();
                 model.parameters[k].value = value;
                 let fall = here - cost(&model);
-                // at a top none falls, and the steps end where a hundredth is left
+                // at the optimum no change lowers the cost; the iteration ends with about 0.01 left
                 println!("{} {by:.2}: {fall}", parameter.full_name());
                 assert!(fall < 0.1, "{} {by:.2} deviations further: {fall}", parameter.full_name());
             }

@@ -25,7 +25,8 @@ fn rates(problem: &Value) -> Vector3<f64> {
     Vector3::new(number(&p["p"]), number(&p["q"]), number(&p["r"]))
 }
 
-/// The closed form of the quaternion at constant rates, told as angles; rounding only.
+/// The closed form of the attitude at constant rates, converted to Euler angles; the tolerance is
+/// for rounding only.
 #[test]
 fn exact_euler_angles_at_constant_rates() {
     let Some(problem) = problem("euler_zyx_constant_rate") else { return };

@@ -1,4 +1,4 @@
-//! Odd and bad logs: every promise of the corpus index, and the same kinds with other lines, columns and values.
+//! Odd and bad logs: every file of the corpus has the outcome that its index promises.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::shared;
 
-/// Holds one outcome against what the index promises.
+/// Compares the outcome of one file with the promise of the index.
 fn judge(folder: &Path, name: &str, promise: &Value) -> Result<(), String> {
     let options: LogOptions = match promise.get("options") {
         Some(options) => serde_json::from_value(options.clone()).map_err(|e| e.to_string())?,
@@ -119,7 +119,8 @@ fn every_file_of_the_corpus_has_its_promised_outcome() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What is accepted is written and read again to the bit, and written again byte for byte.
+/// An accepted log, written and read again, is bit for bit the same, and writing it again gives the
+/// same bytes.
 #[test]
 fn what_is_accepted_converts_without_loss() {
     let Some(folder) = shared::path("badlogs") else { return };

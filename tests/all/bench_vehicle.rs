@@ -1,4 +1,5 @@
-//! `fit … --vehicle` at the shell: a log of a thruster on a bench becomes a vehicle file, and `init` takes that.
+//! `fit … --vehicle` on the command line: a log of a thruster on a test stand becomes a vehicle
+//! file, which `init` reads.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -13,7 +14,8 @@ fn text(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
-/// A thruster of F = 45 s|s| + 8 s whose rotor follows the command with 0.12 s: steps of pulses at 100 Hz for 60 s.
+/// Log of a thruster with F = 45 s|s| + 8 s and a rotor lag of 0.12 s: steps of the pulse width,
+/// 60 s at 100 Hz.
 fn bench() -> String {
     let mut noise = Noise::new(7, 1);
     let (mut rotor, mut command, mut next, mut step) = (0.0_f64, 0.0_f64, 0.0, 0);
@@ -21,7 +23,7 @@ fn bench() -> String {
     for k in 0..6000 {
         let t = 0.01 * f64::from(k);
         if t >= next {
-            // every pulse of 1100, 1150, …, 1900 us, none after its neighbour
+            // all pulse widths 1100, 1150, …, 1900 us, never neighbours one after the other
             step += 1;
             command = f64::from(step * 7 % 17 - 8) / 8.0;
             next = t + 0.4 + 0.05 * f64::from(step % 9);
@@ -40,13 +42,13 @@ fn a_bench_log_becomes_a_vehicle_file_that_init_takes() {
     std::fs::write(folder.join("stand.csv"), bench()).unwrap();
     let made = hydrosysid(&["init", "stand.csv", "-o", "stand"], &folder);
     assert!(made.status.success(), "{}", text(&made));
-    // no vehicle is named: nothing to extend
+    // no vehicle is given, so there is none to extend
     let refused = hydrosysid(&["fit", "stand", "--model", "ours.toml"], &folder);
     assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
     assert!(text(&refused).contains("--vehicle") && !folder.join("ours.toml").exists(), "{}", text(&refused));
-    // and no table of a fit that is not to be written
+    // and the table of the fit is not printed
     assert!(!text(&refused).contains("of the thruster"), "{}", text(&refused));
-    // nothing but the thruster can be told of it
+    // verbs on the motion of a vehicle refuse this log
     for verb in ["report", "discover", "compare"] {
         let told = hydrosysid(&[verb, "stand"], &folder);
         assert_eq!(told.status.code(), Some(1), "{verb}: {}", text(&told));
@@ -70,7 +72,7 @@ fn a_bench_log_becomes_a_vehicle_file_that_init_takes() {
         let curve = |key: &str| table[direction][key].as_float().unwrap();
         curve("a") * s * s + curve("b") * s
     };
-    // at two thirds and at full command, in both directions: 2 % of the greatest thrust
+    // at two thirds and at full command, in both directions, within 2 % of the largest thrust
     for (direction, s) in [("forward", 0.667), ("forward", 1.0), ("reverse", 0.667), ("reverse", 1.0)] {
         let (found, truth) = (of(&thrusters[0], direction, s), 45.0 * s * s + 8.0 * s);
         assert!((found - truth).abs() < 0.02 * 53.0, "{direction} {s}: {found} for {truth}\n{}", text(&fitted));
@@ -80,7 +82,7 @@ fn a_bench_log_becomes_a_vehicle_file_that_init_takes() {
     let (value, std) = (lag["value"].as_float().unwrap(), lag["std"].as_float().unwrap());
     assert!((value - 0.12).abs() < (3.0 * std).max(0.012), "{value} ± {std}");
 
-    // and on with it: the vehicle's curve stands in a campaign of its dive
+    // `init` with this vehicle file writes the curve and the lag into a campaign
     let dive: String = (0..200)
         .map(|k| {
             let t = 0.1 * f64::from(k);

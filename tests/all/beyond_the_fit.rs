@@ -1,4 +1,5 @@
-//! What only held-out runs could tell, on the plant: a loss of thrust astern, a Munk moment where each motion is moved alone.
+//! Effects that only held-out runs show, on the plant: a loss of thrust astern, and a Munk moment
+//! while the training runs move one degree of freedom each.
 
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use hydrosysid::report_content::page_of;
 use hydrosysid::run::Role;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Vehicle};
 
-/// What is found where the last run alone goes astern, with this role.
+/// The discovery if only the last run goes astern; `role` is the role of that run.
 fn found(role: &str) -> Discovery {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &[Axis::Surge]);
     (sea.runs, sea.duration, sea.seed) = (6, 60.0, 611);
@@ -39,7 +40,7 @@ fn what_only_a_held_out_run_shows_is_not_said_to_be_in_no_catalogue() {
     assert!(next.starts_with("Let run05.csv take part in the fit"), "{next}");
 }
 
-/// What the next experiment advises: the run takes part, and the loss has its name.
+/// With that run in the fit, as the next experiment advises, the loss is named.
 #[test]
 fn with_the_run_in_the_fit_the_loss_is_named() {
     let found = found("train");
@@ -48,9 +49,10 @@ fn with_the_run_in_the_fit_the_loss_is_named() {
     assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
 }
 
-/// Two runs of the fit go astern and none of those that judge does: they say neither yes nor no to a drag that differs there, and the
-/// answer says that beside its "nothing is missing". A constant force, which gains less and which they bear out by chance, is not named in its
-/// stead.
+/// Two training runs go astern and no held-out run does, so that the held-out runs cannot confirm
+/// or reject a drag that differs astern. The sentence says so in addition to "nothing is missing".
+/// A constant force, which gains less and which the held-out runs confirm by chance, is not named
+/// instead.
 #[test]
 fn what_no_run_that_judges_shows_is_told_beside_the_verdict() {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &[Axis::Surge]);
@@ -74,8 +76,9 @@ fn what_no_run_that_judges_shows_is_told_beside_the_verdict() {
     assert!(found.resemblances().all(|like| like.id != "drag_asymmetry@surge"), "once is enough");
 }
 
-/// Four runs of the fit that move one degree of freedom each, and a zig-zag and a free run that judge: of the Munk moment only
-/// these know. The worse one takes part, the other one bears the name out, and the user is told.
+/// Four training runs move one degree of freedom each; only the held-out runs, a zig-zag and a free
+/// run, show the Munk moment. The one with the larger error takes part in the fit, the other one
+/// confirms the name, and a warning says so.
 #[test]
 fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
@@ -91,14 +94,14 @@ fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
     assert_eq!((names, found.verdict), (vec!["coriolis_yaw"], Verdict::Explained), "{}", found.sentence);
     let told = found.warnings.iter().find(|w| w.code == "D110").expect("who took part is told");
     assert!(told.message.starts_with("run04.csv took part in the fit of this search"), "{}", told.message);
-    // the gap is that of the run that was left to judge
+    // the gap is that of the remaining held-out run
     let judges: Vec<&str> = found.gap.iter().flat_map(|step| &step.runs).map(|run| run.run.as_str()).collect();
     assert!(!judges.is_empty() && judges.iter().all(|run| *run == "run05.csv"), "{judges:?}");
     assert_eq!(found.took_part, ["run04.csv"]);
-    // the report is of a fit with that run, and shows the one that is left to judge
+    // the report is of a fit with that run, and shows the remaining held-out run
     let page = page_of(&campaign, Some(&found), None, Origin::default()).expect("a report");
     assert!(page.contains("The worst run: run05.csv"), "{}", &page[..2000]);
-    // and with it the campaign is fitted from then on
+    // after adoption that run takes part in the fit of the campaign
     campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("a campaign");
     let adopted = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
     assert_eq!(adopted.runs.iter().filter(|run| run.role == Role::Validate).count(), 1);

@@ -1,4 +1,4 @@
-//! Bollard runs beside runs of free motion without any at constant speed, on the plant.
+//! Bollard runs together with runs of free motion, but none at constant speed, on the plant.
 
 use std::path::Path;
 
@@ -7,8 +7,10 @@ use hydrosysid_plant::{Campaign as Sea, Dof, Manoeuvre, Vehicle};
 
 const INERTIAS: [&str; 3] = ["inertia@surge", "inertia@sway", "inertia@yaw"];
 
-/// The staged procedure finds an inertia beside the drag of earlier stages, which is none here: 1100 ± 92 kg for 789. By
-/// default the motion tells both, with the loss of thrust that the load cell shows; staged, when it is asked for, says so.
+/// The staged procedure estimates an inertia with the drag of earlier stages. Without such stages,
+/// as here, it gave 1100 ± 92 kg for 789. By default the fit estimates inertia and drag from the
+/// motion, with the loss of thrust from the load cell, and the inertias are within 3.5 standard
+/// deviations. The staged procedure, if asked for, warns against its numbers.
 #[test]
 fn without_runs_at_constant_speed_the_motion_tells_the_drag() {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Dof::PLANE);

@@ -1,4 +1,4 @@
-//! Thruster curves from bollard tables, from the file to the deviations of the fit.
+//! Thruster curves from bollard tables: from the file to the standard deviations of the fit.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign::{Campaign, Estimator, Fit, FitOptions, LoadOptions, fit};
 
-/// Forward and reverse a, b in N per command² and command; the paper's equation (1) on a normalised command.
+/// Forward and reverse a and b, N per command² and per command: the paper's equation (1) for a
+/// normalised command.
 const TRUTH: [[f64; 2]; 2] = [[30.0, 12.0], [20.0, 10.0]];
 /// Mass, linear and quadratic drag in surge.
 const BODY: [f64; 3] = [100.0, 20.0, 80.0];
@@ -17,7 +18,7 @@ fn force(command: f64) -> f64 {
     command.signum() * (a * command * command + b * command.abs())
 }
 
-/// Normal numbers by Box and Muller on a multiplicative generator: the same on every machine.
+/// Normal numbers by the Box-Muller method on a linear congruential generator, the same on every machine.
 struct Noise(u64);
 
 impl Noise {
@@ -36,7 +37,7 @@ fn command(t: f64) -> f64 {
     0.2 + 0.7 * (std::f64::consts::TAU * t / 15.0).sin()
 }
 
-/// Twelve commands each way, `std` N of noise.
+/// A bollard table of twelve commands in each direction, with `std` N of noise.
 fn table(std: f64, noise: &mut Noise) -> String {
     let mut text = String::from("V1,force\n");
     for k in (-12..=12).filter(|k| *k != 0) {
@@ -46,7 +47,7 @@ fn table(std: f64, noise: &mut Noise) -> String {
     text
 }
 
-/// Both thrusters drive the vehicle ahead and astern; 60 s at 5 Hz, 1 mm/s of noise.
+/// Log of a motion ahead and astern with both thrusters: 60 s at 5 Hz, 1 mm/s of noise.
 fn motion(noise: &mut Noise) -> String {
     let [m, linear, quadratic] = BODY;
     let slope = |t: f64, u: f64| (2.0 * force(command(t)) - linear * u - quadratic * u * u.abs()) / m;
@@ -65,7 +66,7 @@ fn motion(noise: &mut Noise) -> String {
     text
 }
 
-/// Both thrusters pull at a load cell that reads 0.9 of their sum.
+/// Log of a bollard pull of both thrusters on a load cell that reads 0.9 of their sum.
 fn pull() -> String {
     let mut text = String::from("t,V1,V2,load_u\n");
     for k in 0..=600 {
@@ -119,7 +120,8 @@ fn mass(fit: &Fit) -> (f64, f64) {
     (found.value, found.std.unwrap())
 }
 
-/// Mass over its scatter, and the mean reported deviation, over campaigns that differ in their bollard tables alone.
+/// Mean, scatter, and mean reported standard deviation of the mass, over campaigns that differ in
+/// the noise of their bollard tables only.
 fn scatter(name: &str, estimator: Estimator, campaign: &str, more: &[(&str, &str)], std: f64) -> (f64, f64, f64) {
     let folder = folder(name);
     let motion = motion(&mut Noise(7));
@@ -165,7 +167,8 @@ fn a_table_becomes_the_curve_of_its_thrusters() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// The deviation of 30 draws is known to 13 %; three of them, with something for the bend of the curve.
+/// Allowed ratio of reported to observed standard deviation. That of 30 draws has a standard error
+/// of 13 %; the range is three of these, with a margin for the curvature of the thrust curve.
 const AGREE: std::ops::Range<f64> = 0.6..1.5;
 
 #[test]
@@ -174,7 +177,7 @@ fn law_deviations_of_the_curve_are_in_those_of_the_fit() {
         let (value, spread, reported) = scatter(estimator.name(), estimator, VEHICLE, &[], 0.4);
         assert!((value / BODY[0] - 1.0).abs() < 0.02, "{value}");
         assert!(AGREE.contains(&(reported / spread)), "{}: reported {reported}, scatter {spread}", estimator.name());
-        // the motion's own noise is far smaller
+        // the noise of the motion alone would give a far smaller scatter
         assert!(spread > 0.1, "{spread}");
     }
 }
@@ -192,11 +195,12 @@ value = 72.0
 fixed = true
 "#;
     let with = format!("{VEHICLE}[[run]]\nfile = \"pull.csv\"\nkind = \"bollard\"\n{held}");
-    // the motion is of thrusters without interaction: mass and drag are 0.9 of the true ones in both
+    // the motion is that of thrusters without interaction, so that mass and drag are 0.9 of the
+    // true ones in both
     let without = format!("{VEHICLE}[efficiency]\neta_inter = {{ surge = 0.9 }}\n{held}");
     let cell = [("pull.csv", pull())];
     let cell: Vec<(&str, &str)> = cell.iter().map(|(name, text)| (*name, text.as_str())).collect();
-    // deviations of the rows' own noise, the same in every draw
+    // standard deviation from the noise of the rows, the same in every draw
     let (_, _, own) = scatter("own", Estimator::Staged, &with, &cell, 1e-6);
     let (value, spread, reported) = scatter("cell", Estimator::Staged, &with, &cell, 0.4);
     let (_, alone, told) = scatter("alone", Estimator::Staged, &without, &[], 0.4);
@@ -204,11 +208,12 @@ fixed = true
     let carried = |reported: f64| (reported.powi(2) - own.powi(2)).max(0.0).sqrt();
     assert!(spread < 0.8 * alone, "with a load cell {spread}, without {alone}");
     assert!(AGREE.contains(&(carried(told) / alone)), "{told} {own} {alone}");
-    // an η_inter that were carried as though it knew nothing of the curve would add the error of both
+    // if η_inter were taken as independent of the curve, the errors of both would add up
     assert!(AGREE.contains(&(carried(reported) / spread)), "{reported} {own} {spread}");
 }
 
-/// The table goes on to twice the command that the thruster takes: from there on it shows the force at that limit.
+/// The table reaches twice the maximum command of the thruster; beyond the maximum it shows the
+/// force at the maximum.
 #[test]
 fn a_thruster_with_a_limit_has_its_curve_below_it_and_saturates_there() {
     const MAX: f64 = 0.5;
@@ -226,7 +231,7 @@ fn a_thruster_with_a_limit_has_its_curve_below_it_and_saturates_there() {
     for (side, [a, b]) in [fitted.forward, fitted.reverse].into_iter().zip(TRUTH) {
         assert!((side.a.value - a).abs() < 1e-9 && (side.b.value - b).abs() < 1e-9, "{side:?}");
     }
-    // the fitted curve, the thruster that exports read, and the force that a run is simulated with
+    // the fitted curve, the thruster that exports use, and the force of a run agree
     let thruster = campaign.file.thrusters[0].curve();
     let run = &campaign.runs[0];
     let total = run.signal("tau_u").unwrap();

@@ -1,7 +1,7 @@
-//! The book in `docs/` says what the program does: its lists are those of the program, its links lead somewhere, and the
-//! commands of the tutorial run as they stand.
+//! The book in `docs/` agrees with the program: its lists are those of the program, its links lead
+//! to existing pages, and the commands of the tutorial run as printed.
 //!
-//! `HYDROSYSID_WRITE_BOOK=1 cargo test --test all book` writes the lists anew.
+//! `HYDROSYSID_WRITE_BOOK=1 cargo test --test all book` rewrites the lists.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn book() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
-/// A page that the program writes: compared with the one that is there, or written when asked for.
+/// Compares a page that the program generates with the one in the book, or writes it when asked for.
 fn is_in_step(page: &str, written: &str) {
     let path = book().join(page);
     if std::env::var_os("HYDROSYSID_WRITE_BOOK").is_some() {
@@ -111,7 +111,7 @@ fn the_warnings_are_those_of_the_program() {
     is_in_step("warnings.md", &page);
 }
 
-/// The help of every verb as a page; what all verbs share stands once.
+/// The page of commands is the help of every verb, with the shared options given once.
 #[test]
 fn the_commands_are_those_of_the_program() {
     const SHARED: &str = "Options of every verb:";
@@ -132,7 +132,7 @@ fn the_commands_are_those_of_the_program() {
     );
     for verb in verbs {
         let told = help(&[verb]);
-        // paragraphs, but for the one of the shared options
+        // all paragraphs except those of the shared options
         let mut kept: Vec<&str> = Vec::new();
         let mut shared = false;
         for part in told.trim_end().split("\n\n") {
@@ -148,7 +148,7 @@ fn the_commands_are_those_of_the_program() {
     is_in_step("commands.md", &page);
 }
 
-/// The table of exports has every target, and no other; what it quotes of a consumer is what a test measures there
+/// The table of exports has every target and no other. The differences that it quotes are checked elsewhere
 /// (`exported/quoted.rs`, `test_consumers.py`).
 #[test]
 fn the_table_of_exports_is_that_of_the_program() {
@@ -180,7 +180,8 @@ fn every_link_of_the_book_leads_to_a_page() {
     }
 }
 
-/// The blocks of shell in a page, in order, each run where the one before it left off.
+/// The shell blocks of the tutorial run in order in one folder, print what the tutorial shows, and
+/// make the files that it names.
 #[test]
 fn the_commands_of_the_tutorial_run_as_they_stand() {
     let text = std::fs::read_to_string(book().join("tutorial.md")).unwrap();

@@ -1,4 +1,5 @@
-//! Campaign files on disk: the examples read, run files are found, and nothing outside the folder is touched.
+//! Campaign files on disk: the examples are read, run files are found, and nothing outside the
+//! folder is read.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -11,7 +12,7 @@ use hydrosysid::run::Role;
 
 use crate::shared;
 
-/// An empty folder of this test's own.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     if folder.exists() {
@@ -110,7 +111,7 @@ fn links_that_lead_out_are_refused() {
 #[test]
 fn a_campaign_that_cannot_be_read_says_so() {
     let folder = folder("unreadable");
-    // a folder stands for the campaign in it
+    // a folder means the campaign.toml in it
     for (path, named) in [("no.toml", "no.toml"), ("campaign", "campaign/campaign.toml")] {
         let errors = CampaignFile::read(&folder.join(path), &ReadOptions::default()).unwrap_err();
         assert!(matches!(errors.errors[0].problem, Problem::CannotRead { .. }));

@@ -1,4 +1,4 @@
-//! Checks of whole logs: faults put into runs of the virtual tank, clean runs, and the reference data.
+//! Checks of whole logs: runs of the virtual tank with injected faults, clean runs, and the reference data.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_6;
@@ -39,8 +39,8 @@ fn fault(report: &CheckReport, kind: FaultKind, channel: &str) -> Option<f64> {
     report.log_findings.iter().find(is).map(|f| f.factor)
 }
 
-/// No fault is found in logs that have none. Excitation and loops are no faults of a log: runs that move one degree of
-/// freedom show little of the others.
+/// No fault is found in logs without one. Findings on excitation and control loops do not count:
+/// runs that move one degree of freedom do not excite the others.
 #[test]
 fn clean_runs_raise_no_alarm() {
     let (mut runs, mut alarms) = (0, Vec::new());
@@ -50,7 +50,7 @@ fn clean_runs_raise_no_alarm() {
             runs += 1;
             alarms.extend(report.log_findings.iter().map(|f| format!("{seed} {}: {f:?}", run.name)));
             let of_values = ["K101", "K102", "K104", "K105", "K132"];
-            // with six degrees of freedom the pilot does hold the depth
+            // with six degrees of freedom the pilot really controls the depth
             let held = |f: &&Finding| f.column.as_deref() != Some("w");
             let alarm = report.findings.iter().filter(|f| of_values.contains(&f.code)).filter(held);
             alarms.extend(alarm.map(|f| format!("{seed} {f}")));
@@ -60,7 +60,7 @@ fn clean_runs_raise_no_alarm() {
     assert!(alarms.is_empty(), "{} alarms in {runs} runs:\n{}", alarms.len(), alarms.join("\n"));
 }
 
-/// Each fault in each of several campaigns: how often it is found in a run that shows it, with the right figure.
+/// Each fault is found in each of several campaigns, in a run that shows it, with the right factor or delay.
 #[test]
 fn faults_put_in_are_found() {
     type Change = fn(&Run) -> Run;
@@ -77,11 +77,11 @@ fn faults_put_in_are_found() {
     ];
     let mut missed = Vec::new();
     for seed in 20..24 {
-        // everything moves in run 5
+        // all degrees of freedom move in run 5
         let run = &campaign(seed, false).runs[5];
         for (name, change, kind, channel, factor) in faults {
             let report = check::run(&change(run), &CheckOptions::default());
-            // a lag is known to some hundredths of a second, a factor to some percent
+            // a delay is known to some hundredths of a second, a factor to some per cent
             let right =
                 fault(&report, kind, channel).is_some_and(|f| (f - factor).abs() < (0.1 * factor.abs()).max(0.08));
             if !right {
@@ -92,7 +92,8 @@ fn faults_put_in_are_found() {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
-/// A whole frame upside down: v, r and their forces reversed together. Only the coupling can tell.
+/// Without pose, a rate r that is reversed together with its moment tau_r is found; only the
+/// Coriolis coupling shows it.
 #[test]
 fn a_frame_upside_down_is_seen_in_the_coupling() {
     for seed in 30..34 {
@@ -106,7 +107,8 @@ fn a_frame_upside_down_is_seen_in_the_coupling() {
     }
 }
 
-/// A log of the tank as text, cell by cell: `change` gets row, channel and value, and `None` is an empty cell.
+/// The check of a log of the tank that is written cell by cell: `change` gets row, channel and
+/// value, and returns the new value, or `None` for an empty cell.
 fn tampered(change: &dyn Fn(usize, &str, f64) -> Option<f64>) -> CheckReport {
     let made = campaign(22, false);
     let run = &made.runs[5];
@@ -117,7 +119,7 @@ fn tampered(change: &dyn Fn(usize, &str, f64) -> Option<f64>) -> CheckReport {
         text += &format!("{:.4}", change(k, "t", *t).expect("a row has a time"));
         for name in &channels {
             let signal = &run.signals[*name];
-            // the stamps are those of one clock
+            // all channels have the same time stamps
             let x = signal.values()[signal.time().partition_point(|s| s < t).min(signal.len() - 1)];
             text += &change(k, name, x).map_or(",".into(), |x| format!(",{x:.6}"));
         }
@@ -174,8 +176,8 @@ fn every_tampering_lights_its_lamp() {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
-/// One code for no value is told, and nothing that would follow from it: no sign, unit, frame or delay, no lack of
-/// excitation.
+/// A code for a missing value is the only finding: it raises no consequential findings of sign,
+/// unit, frame, delay or excitation.
 #[test]
 fn one_code_for_no_value_says_nothing_else() {
     for channel in ["u", "v", "r", "psi", "x", "y", "tau_u", "tau_r"] {
@@ -189,7 +191,8 @@ fn one_code_for_no_value_says_nothing_else() {
     assert_eq!(codes(&outlier), ["L108"], "{:#?}", outlier.findings);
 }
 
-/// Rates of 1e-7 rad/s beside a heading that turns: told in every run that turns.
+/// A dead gyro, with rates of 1e-7 rad/s, is found in every run whose heading turns by more than
+/// 1.5 rad, and in none whose heading turns by less than 0.2 rad.
 #[test]
 fn dead_rates_are_told_in_every_run() {
     let (mut runs, mut alarms) = (0, Vec::new());
@@ -208,7 +211,7 @@ fn dead_rates_are_told_in_every_run() {
             if told != (turned > 0.5) && !(0.2..1.5).contains(&turned) {
                 alarms.push(format!("{seed} {} turned by {turned}: {told}", run.name));
             }
-            // a dead channel has no sign and no unit
+            // a dead channel must raise no finding of sign or unit
             alarms.extend(
                 report.log_findings.iter().filter(|f| f.channel == "r").map(|f| format!("{seed} {}: {f:?}", run.name)),
             );
@@ -217,14 +220,15 @@ fn dead_rates_are_told_in_every_run() {
     assert!(runs >= 20 && alarms.is_empty(), "{runs} runs\n{}", alarms.join("\n"));
 }
 
-/// Signals of one clock.
+/// A run whose channels share their time stamps.
 fn run_of(time: &[f64], channels: &[(&str, Vec<f64>)]) -> Run {
     let clock: std::sync::Arc<[f64]> = time.into();
     let signals = channels.iter().map(|(name, x)| ((*name).to_string(), Signal::new(clock.clone(), x.clone())));
     Run { signals: signals.collect(), ..Run::default() }
 }
 
-/// Two thrusters 0.4 m to port and to starboard; the voltage of one is logged with the wrong sign.
+/// Of two thrusters 0.4 m to port and to starboard, the one whose voltage is logged with the wrong
+/// sign is named.
 #[test]
 fn the_thruster_that_is_reversed_is_named() {
     let rows = Swim::new(20.0, 60.0, 1.0, 3).rows;
@@ -262,7 +266,8 @@ fn the_thruster_that_is_reversed_is_named() {
     }
 }
 
-/// A vehicle of 100 kg with quadratic drag in a gusty current, its speed held by a controller or its force set freely.
+/// A speed controller and a steady command are found, and a freely varied force raises nothing, for
+/// a vehicle of 100 kg with quadratic drag under a gusty force.
 #[test]
 fn a_controller_and_a_steady_command_are_seen() {
     let surge = |force: &dyn Fn(f64, f64) -> f64| {
@@ -272,7 +277,7 @@ fn a_controller_and_a_steady_command_are_seen() {
             let t = 0.05 * f64::from(k);
             let tau = force(t, u);
             rows.push((t, u + 0.001 * noise.normal(), tau));
-            // a gust of 2 s in the mean
+            // a gust with a correlation time of 2 s
             gust += 0.05 * (-gust / 2.0) + 0.2 * noise.normal();
             u += 0.05 * (tau + gust - 60.0 * u * f64::abs(u)) / 100.0;
         }
@@ -289,7 +294,7 @@ fn a_controller_and_a_steady_command_are_seen() {
     assert!(codes(&steady).contains(&"K131"), "{:#?}", steady.findings);
 }
 
-/// The option that reads a held log as what it is: the same samples as the log without the repeats.
+/// With `repeated = "no_sample"`, a log with held values has the same samples as the log without the repeats.
 #[test]
 fn a_held_log_is_read_as_its_slow_sensor() {
     let Some(folder) = shared::path("badlogs") else { return };
@@ -302,7 +307,8 @@ fn a_held_log_is_read_as_its_slow_sensor() {
     assert!(held.warnings.is_empty() && held.notes[0].code == "L204", "{:?} {:?}", held.warnings, held.notes);
 }
 
-/// Commands of 10 Hz leave every second row of the sensors empty, and a DVL of 2 Hz is repeated in the others.
+/// Repeats are found between empty cells as well: commands at 10 Hz leave every second row of the
+/// sensors empty, and a slower DVL is repeated in the others.
 #[test]
 fn what_is_repeated_between_empty_rows_is_no_sample_either() {
     let (sample, dvl) = (|k: usize| k.div_ceil(5), |sample: usize| (0.3 * sample as f64).sin());
@@ -326,7 +332,7 @@ fn what_is_repeated_between_empty_rows_is_no_sample_either() {
     assert_eq!([found.signals["r"].len(), found.signals["tau_u"].len()], [200, 400]);
     let said: Vec<&str> = found.warnings.iter().filter(|w| w.code == "L111").map(|w| w.message.as_str()).collect();
     assert!(said.len() == 1 && said[0].contains("of 200 values of u only repeat the one before"), "{said:?}");
-    // and where the campaign says that all are measurements they all are
+    // if the options say that repeats are measurements, all values are samples
     let all = read(&LogOptions { repeated: Repeated::Sample, ..options });
     assert_eq!(all.signals["u"].len(), 200);
 }
@@ -356,14 +362,15 @@ fn bad_logs_of_units_and_frames_show_their_light() {
     }
     let Some(late) = badlog("command_delay.csv") else { return };
     let delay = fault(&late, FaultKind::Delay, "tau_r").unwrap();
-    // logged half a second late: the motion comes first
+    // the command is logged half a second late, so the motion comes first
     assert!((delay + 0.5).abs() < 0.08, "{delay}");
     let Some(held) = badlog("multirate_held.csv") else { return };
     let u = held.rates.iter().find(|r| r.channel == "u").unwrap();
     assert!((u.rate_hz - 2.0).abs() < 0.01 && (u.held - 1.0).abs() < 1e-12, "its samples and no repeats: {u:?}");
 }
 
-/// The field log of a small surface craft: metres 11.1 % too long, 5 Hz repeated in a 9 Hz log, the speed held.
+/// The field log of a small surface craft shows its three faults: positions 11.1 % too large, a
+/// speed of 5 Hz repeated in a 9 Hz log, and a speed under control.
 #[test]
 fn the_field_log_shows_its_three_faults() {
     let Some(folder) = shared::path("realdata/usv-bad-log") else { return };
@@ -389,7 +396,7 @@ fn the_field_log_shows_its_three_faults() {
             assert!(found.contains(&code), "{name} {code}: {:#?}", report.findings);
         }
         let x = fault(&report, FaultKind::Unit, "x").unwrap();
-        // 123 416 m a degree instead of 111 016 at this latitude
+        // 123 416 m per degree instead of 111 016 at this latitude
         assert!((x - 1.1117).abs() < 0.003, "{name}: {x}");
         let u = report.rates.iter().find(|r| r.channel == "u").unwrap();
         assert!((u.rate_hz - 5.0).abs() < 0.1 && (u.held - 1.0).abs() < 1e-12, "its samples and no repeats: {u:?}");

@@ -1,4 +1,5 @@
-//! The command as a user runs it: happy paths, JSON, exit codes, messages that name the place.
+//! The command as a user runs it: successful calls, JSON, exit codes, and messages that name the
+//! place of an error.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use serde_json::Value;
 
 use crate::shared;
 
-/// A folder of this test's own, gone when it is dropped.
+/// A folder for one test, which is removed when it is dropped.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -59,7 +60,7 @@ fn json(path: impl AsRef<Path>) -> Value {
     serde_json::from_str(&fs::read_to_string(path).expect("the JSON is there")).expect("it is JSON")
 }
 
-/// A small planar campaign of the virtual tank: three runs, the last for validation.
+/// A small planar campaign of the virtual tank: four runs, the last for validation.
 fn campaign(folder: &Folder) -> String {
     let made = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
     let mut text = "format = 1\n[vehicle]\nname = 'tank'\nmass = 100.0\nlength = 0.6\n[model]\ndofs = ['surge', 'sway', 'yaw']\neffects = ['inertia', 'linear_drag', 'quadratic_drag', 'coriolis_surge', 'coriolis_sway', 'coriolis_yaw']\n[log]\nposition_source = 'independent'\nmissing = 'no_sample'\n".to_string();
@@ -102,7 +103,7 @@ fn fit_simulate_and_compare_work_on_a_campaign_and_its_model() {
     let told = stdout(&output);
     assert!(told.starts_with(sentence), "the verdict comes first: {told}");
     assert!(told.contains(&format!("next: hydrosysid compare {file}")), "{told}");
-    // what holds a path is as long as that
+    // lines with a path may be longer
     let mut tables = told.lines().skip(1).filter(|line| !line.starts_with("next") && !line.starts_with("written"));
     assert!(!told.contains("cond scaled") && tables.all(|line| line.chars().count() <= 80), "{told}");
     assert!(fit["noise"]["sensors"].as_array().is_some_and(|sensors| sensors.iter().any(|s| s["channel"] == "u")));
@@ -127,7 +128,7 @@ fn fit_simulate_and_compare_work_on_a_campaign_and_its_model() {
     assert_eq!(simulated["runs"].as_array().map(Vec::len), Some(4));
     assert!(folder.0.join("simulated").join("run0.csv").exists());
 
-    // a model file that exists is not replaced, and nothing else is written either
+    // an existing model file is not replaced, and nothing else is written either
     let output = run(&["fit", &file, "--model", &model, "--json", &folder.path("again.json")]);
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("--force") && !folder.0.join("again.json").exists());
@@ -200,7 +201,7 @@ fn what_is_wrong_with_a_campaign_is_shown_with_a_caret() {
     assert_eq!(code(&run(&["fit"])), 2);
     assert_eq!(code(&run(&["fti", &file])), 2);
     assert_eq!(code(&run(&["fit", &file, "--jobs", "0"])), 2);
-    // a file of another kind is told in a line, not gone through
+    // a file of another kind is named in one message instead of being parsed
     let log = folder.path("run0.csv");
     for (words, told) in [
         (vec!["fit", &log], "hydrosysid init"),
@@ -217,7 +218,7 @@ fn what_is_wrong_with_a_campaign_is_shown_with_a_caret() {
     let message = stderr(&run(&["check", &model]));
     assert!(message.contains("this is a model file") && message.lines().count() <= 4, "{message}");
     assert!(stderr(&run(&["fit", &folder.path("none.toml")])).contains("there is no such file"));
-    // a log without what the model needs is refused, not misused
+    // a log without a channel that the model needs is refused
     let narrow = folder.write("narrow.csv", "t,u,v,r,tau_u,tau_v\n0,0,0,0,1,1\n1,1,1,1,1,1\n");
     assert!(Path::new(&narrow).exists());
     let start = text.find("[[run]]").expect("there are runs");
@@ -263,7 +264,7 @@ fn convert_takes_a_map_and_says_who_reads_other_formats() {
     let (map, plain) = (folder.write("map.toml", columns), folder.path("plain.csv"));
     let output = run(&["convert", &log, "-o", &plain, "--map", &map, "--log", "body_frame = 'flu'"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    // minus one of the map, minus one of the axes
+    // −1 from the map and −1 from the axes
     assert!(fs::read_to_string(&plain).expect("it was written").contains("0.1,20.0,2.0"));
     for (name, word) in [("a.mcap", "hydrosysid[ros]"), ("a.BIN", "hydrosysid[ardupilot]"), ("a.npz", "'hydrosysid'")] {
         let output = run(&["convert", &folder.path(name), "-o", &folder.path("b.csv")]);
@@ -367,7 +368,8 @@ fn example_campaigns_are_fitted_near_their_truth() {
                 };
                 let Some(true_value) = index.and_then(|k| truth[key][k].as_f64()) else { continue };
                 let (value, std) = (p["value"].as_f64().unwrap(), p["std"].as_f64().unwrap());
-                // nine estimates within 4 of their standard deviations: missed by chance once in two thousand
+                // nine estimates within 4 standard deviations: by chance this fails once in two
+                // thousand cases
                 assert!((value - true_value).abs() < 4.0 * std, "{p} {true_value}");
             }
         }
@@ -387,7 +389,7 @@ fn a_model_is_exported_compared_and_watched() {
     assert!(fs::read_to_string(&vehicle).expect("it was written").contains("<fluid_added_mass>"));
     let told = json(&told);
     assert_eq!((told["format"].as_u64(), told["target"].as_str()), (Some(1), Some("gazebo-added-mass")));
-    // the boat of three degrees of freedom in a world of six
+    // the model has three degrees of freedom, the simulator six
     let warned = told["warnings"].as_array().expect("warnings");
     assert!(warned.iter().any(|w| w["code"] == "X004" && w["message"].as_str().is_some_and(|m| m.contains("heave"))));
     assert_eq!(code(&run(&["export", &model, "--to", "gazebo-added-mass", "-o", &vehicle])), 2, "it exists");
@@ -461,7 +463,7 @@ fn thrusters_are_exported_from_the_campaign() {
     let text = stdout(&output);
     let parameters: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
     assert_eq!(parameters, ["MOT_PWM_MIN,1100", "MOT_PWM_MAX,1900", "MOT_1_DIRECTION,1", "MOT_2_DIRECTION,-1"]);
-    // half of the demand forward: 40/4 + 10/2 N, and not half of 50 N; both thrusters the same way
+    // half of the command forward gives 40/4 + 10/2 N, not half of 50 N; the same for both thrusters
     assert_eq!(text.matches("0.5, 1700, 15.00, 25.00").count(), 1, "{text}");
     assert_eq!(text.matches("0.5, 1300, 15.00, 25.00").count(), 1, "{text}");
     assert!(stderr(&output).contains("X011") && stderr(&output).contains("20 %"), "{}", stderr(&output));

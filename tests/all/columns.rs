@@ -1,4 +1,5 @@
-//! A column of the log that has a standard form as a force becomes a candidate by itself, and is found where it acts.
+//! A log column whose force has a standard form, such as wind, becomes a candidate by itself, and
+//! is found if it acts.
 
 use std::path::Path;
 
@@ -8,8 +9,8 @@ use hydrosysid::campaign::{self, Campaign};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
 
-/// Surge of a vehicle at the surface: 100 u̇ = τ − 80 u|u| − k A (u + W cos γ), γ = ψ_W − ψ, A² = (u + W cos γ)² + W² sin² γ,
-/// W the wind from ψ_W.
+/// Log of surge of a vehicle at the surface: 100 u̇ = τ − 80 u|u| − k A (u + W cos γ),
+/// γ = ψ_W − ψ, A² = (u + W cos γ)² + W² sin² γ, with the wind W from ψ_W.
 fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
     let samples = 600;
     let phase = seed as f64;
@@ -54,7 +55,7 @@ fn wind_is_found_by_its_columns() {
     let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
     assert_eq!(names, ["wind_surge@surge"], "{:?}", found.warnings);
     let parameter = &found.effects[0].parameters[0];
-    // four of its own standard deviations
+    // within four of its own standard deviations
     assert!((parameter.value - 0.4).abs() < 4.0 * parameter.std && parameter.std < 0.04, "{parameter:?}");
     assert!(
         found.warnings.iter().any(|w| w.code == "M206" && w.message.contains("wind_surge")),
@@ -69,7 +70,8 @@ fn wind_that_does_not_act_is_not_named() {
     assert!(found.effects.is_empty(), "{:?}", found.effects);
 }
 
-/// What `discover --adopt` writes stands in the model from then on, and is not asked again.
+/// An adopted effect of wind is estimated as a part of the model, within four of its standard
+/// deviations, and is no longer a candidate.
 #[test]
 fn wind_that_was_adopted_is_in_the_model() {
     let blown = with_effects(0.4, "'inertia', 'quadratic_drag', 'wind_surge'");

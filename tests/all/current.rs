@@ -1,5 +1,5 @@
-//! Water that moves over ground, against Fossen's equation written out with nalgebra, and against the same motion seen
-//! from the water.
+//! Currents: comparison with Fossen's equation written with nalgebra, and with the same motion
+//! relative to the water.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -61,7 +61,7 @@ impl Body {
         m
     }
 
-    /// C_RB(ν)ν: of the rigid body, force and moment about the origin, by Newton and Euler.
+    /// C_RB(ν)ν of the rigid body: force and moment about the origin by the Newton-Euler equations.
     fn rigid_coriolis(&self, nu: &Vector6<f64>) -> Vector6<f64> {
         let (v, omega) = (nu.fixed_rows::<3>(0).into_owned(), nu.fixed_rows::<3>(3).into_owned());
         let force = self.mass * omega.cross(&(v + omega.cross(&self.centre)));
@@ -78,7 +78,7 @@ impl Body {
         Vector6::from_iterator(force.iter().chain(moment.iter()).copied())
     }
 
-    /// ν̇ from M_RB ν̇ + C_RB(ν)ν + M_A ν̇_r + C_A(ν_r)ν_r + D(ν_r)ν_r = τ, dry and added mass apart.
+    /// ν̇ from M_RB ν̇ + C_RB(ν)ν + M_A ν̇_r + C_A(ν_r)ν_r + D(ν_r)ν_r = τ, with separate dry and added mass.
     fn acceleration(&self, nu: &Vector6<f64>, angles: [f64; 3], water: [f64; 2], tau: &Vector6<f64>) -> Vector6<f64> {
         let r = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
         let drift = r.transpose() * Vector3::new(water[0], water[1], 0.0);
@@ -90,7 +90,7 @@ impl Body {
         (self.rigid() + self.added).lu().solve(&force).expect("a positive definite inertia")
     }
 
-    /// The same body as a model, which knows M_RB + M_A only.
+    /// The same body as a model, which has M_RB + M_A only.
     fn model(&self) -> Model {
         let effects = ["inertia", "added_mass_coupling", "linear_drag", "quadratic_drag", "current"];
         let rows =
@@ -104,7 +104,7 @@ impl Body {
             assert!(model.set(&format!("linear_drag@{i}"), self.linear[k]));
             assert!(model.set(&format!("quadratic_drag@{i}"), self.quadratic[k]));
             for j in Dof::ALL.into_iter().filter(|j| *j != i) {
-                // the model has both m_ij and m_ji, and each puts its value into both rows
+                // the model has both m_ij and m_ji, and each adds its value to both rows
                 assert!(model.set(&format!("added_mass_coupling@{i}:{j}"), 0.5 * m[(k, j.index())]));
             }
         }
@@ -112,8 +112,9 @@ impl Body {
     }
 }
 
-/// Six degrees of freedom, a centre of gravity off the origin, any attitude: M_RB apart or in the sum, the same. Rounding
-/// of a 6 by 6 elimination only.
+/// In six degrees of freedom, with a centre of gravity off the origin and any attitude, the
+/// accelerations of the model, which has the sum M_RB + M_A only, are those of separate M_RB and
+/// M_A. The tolerance is for the rounding of a 6 by 6 elimination.
 #[test]
 fn inertia_acts_on_the_velocity_through_the_water() {
     let body = Body::new();
@@ -144,7 +145,8 @@ fn inertia_acts_on_the_velocity_through_the_water() {
     }
 }
 
-/// The issue's own case: a vehicle that drifts with the water and turns has no reason to accelerate in it.
+/// A vehicle that drifts with the water and turns is not accelerated: its velocity over ground
+/// remains that of the water.
 #[test]
 fn a_turning_vehicle_drifts_with_the_water() {
     let effects = ["inertia", "linear_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw", "current"];
@@ -168,7 +170,7 @@ fn a_turning_vehicle_drifts_with_the_water() {
         let [u, v] = [Dof::Surge, Dof::Sway].map(|dof| row[&StateId::Velocity(dof)]);
         let over_ground = rotation(&row) * Vector3::new(u, v, 0.0);
         let error = (over_ground - Vector3::new(WATER[0], WATER[1], 0.0)).norm();
-        // 0.4 rad/s in steps of 5 ms: rounding is more than the error of the scheme
+        // at 0.4 rad/s and steps of 5 ms, rounding is larger than the error of the scheme
         assert!(error < 1e-10, "{error}");
     }
 }
@@ -188,7 +190,7 @@ fn sail(model: &Model, run: &Run, attitude: Attitude, start: &dyn Fn(StateId) ->
     result.states.chunks(dynamics.states.len()).map(row).collect()
 }
 
-/// From body to earth axes.
+/// Rotation from body to earth axes.
 fn rotation(row: &Row) -> Rotation3<f64> {
     let part = |k: u8| row.get(&StateId::Quaternion(k)).copied();
     if let (Some(w), Some(x), Some(y), Some(z)) = (part(0), part(1), part(2), part(3)) {
@@ -198,10 +200,12 @@ fn rotation(row: &Row) -> Rotation3<f64> {
     Rotation3::from_euler_angles(angle(Dof::Roll), angle(Dof::Pitch), angle(Dof::Yaw))
 }
 
-/// A model with every effect of the catalogue but sensors and what is tied to the ground, all at small values.
+/// A model with every effect of the catalogue at small values, except sensors and effects that are
+/// tied to the ground.
 fn everything(coriolis: Coriolis) -> Model {
     let all = catalogue(coriolis);
-    // what each run has for itself would stand in the stead of the same with one value for all, by the same formulas
+    // effects with a value for each run would replace those with one value for all, and have the
+    // same formulas
     let stands = |e: &&Arc<dyn Effect>| !e.tied_to_ground() && e.same_in_all_runs().is_none();
     let known = all.iter().filter(|e| e.about().family != Family::Sensor).filter(stands);
     let mut model = Model::with_effects(&Dof::ALL, coriolis, &[]).expect("no effects");
@@ -228,8 +232,9 @@ fn everything(coriolis: Coriolis) -> Model {
     model
 }
 
-/// The same motion over ground in a current and, seen from the water, in still water: states agree to 1e-8 after twenty
-/// seconds, by angles and by a quaternion. Steps of 5 ms leave some 1e-10.
+/// The motion in a current is the motion in still water plus the drift: over twenty seconds the
+/// states agree to 1e-8, with Euler angles and with a quaternion. The error of the method at steps
+/// of 5 ms is about 1e-10.
 #[test]
 fn law_galilei_of_a_whole_motion() {
     let time: Arc<[f64]> = (0..=200).map(|k| 0.1 * f64::from(k)).collect();

@@ -1,10 +1,11 @@
-//! What is another one in every run: a current, a wind, ballast. Named, adopted and fitted, on the independent plant.
+//! Effects with a value of their own in each run, such as a current, are found, adopted and fitted,
+//! on the independent plant.
 
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, with_effects};
 use hydrosysid::discover::Verdict;
 use hydrosysid_plant as plant;
 
-/// A campaign of one vehicle in the plane, 9 runs of 30 s, in which `hidden` is hidden.
+/// A planar campaign of one vehicle with the hidden effect `hidden`: 9 runs of 30 s.
 fn sailed(hidden: &str, seed: u64) -> (std::path::PathBuf, plant::Truth) {
     let vehicle = plant::Vehicle::named("laurs").expect("the plant has it");
     let asked = plant::Campaign {
@@ -20,7 +21,9 @@ fn sailed(hidden: &str, seed: u64) -> (std::path::PathBuf, plant::Truth) {
     (folder, sailed.truth)
 }
 
-/// Named, though the campaign has a current that is the same in all runs, whose stead it takes; and fitted it is what it was.
+/// A current that differs from run to run is found although the model has a current that is the
+/// same in all runs. After adoption it replaces that one, and its values are within four standard
+/// deviations of the truth.
 #[test]
 fn a_current_of_the_day_is_named_in_the_stead_of_one_current() {
     let (folder, truth) = sailed("current_each_run", 302);
@@ -44,7 +47,7 @@ fn a_current_of_the_day_is_named_in_the_stead_of_one_current() {
         for (run, value) in &p.per_run {
             let name = format!("{} of {run}", p.name);
             let Some(true_value) = truth.values.iter().find(|v| v.name == name) else { continue };
-            // twelve values within four deviations, of which the greatest of all runs is told
+            // twelve values within four standard deviations; the reported one is the largest of all runs
             let std = p.std.expect("it was estimated");
             assert!((value - true_value.value).abs() < 4.0 * std, "{name}: {value} ± {std}, {}", true_value.value);
             asked += 1;
@@ -54,7 +57,8 @@ fn a_current_of_the_day_is_named_in_the_stead_of_one_current() {
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-/// A tide turns within a run: a value for each run is not all, and the verdict says so.
+/// A tide also turns within the runs, so that a current for each run does not explain it, and the
+/// verdict says so.
 #[test]
 fn a_current_that_turns_within_the_runs_is_not_explained_by_one_of_each() {
     let (folder, _) = sailed("tidal_current", 302);

@@ -1,4 +1,4 @@
-//! Inputs that never end, that can be read only once, or that hold one line of gigabytes.
+//! Inputs without end, inputs that can be read only once, and inputs with one very long line.
 #![cfg(target_os = "linux")]
 
 use std::fs::{self, File};
@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// Most address space of a call, KiB: 200 MiB, code and stacks included.
+/// Maximum address space of a call, KiB: 200 MiB with code and stacks.
 const ROOM: u64 = 200 << 10;
 
 struct Folder(PathBuf);
@@ -30,9 +30,9 @@ impl Drop for Folder {
     }
 }
 
-/// Runs the command with no more memory than [`ROOM`]; more than that would abort it.
+/// Runs the command with an address space of [`ROOM`]; a larger allocation would abort it.
 fn run(arguments: &[&str]) -> Output {
-    // what waits for a second writer would wait for ever
+    // the time limit ends a command that waits for a second writer
     let script = format!("ulimit -v {ROOM}; exec timeout 120 \"$0\" \"$@\" -j 1");
     let mut shell = Command::new("sh");
     shell.args(["-c", &script, env!("CARGO_BIN_EXE_hydrosysid")]).args(arguments);
@@ -44,9 +44,9 @@ fn told(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Every verb that takes a file refuses this one with a message.
+/// Asserts that every verb that takes a file refuses this one with a message.
 fn is_refused(path: &str) {
-    // `init` writes a file that says what it could not place, for any log
+    // not `init`, which accepts any log and writes a file that lists what it could not use
     let calls: [&[&str]; 7] = [
         &["check", path],
         &["convert", path, "/dev/null"],
@@ -82,7 +82,7 @@ fn a_sparse_file_of_gigabytes_is_refused() {
     let rows: String = (0..90).map(|k| format!("{},{},{}\n", 0.1 * f64::from(k), f64::from(k % 7), k % 5)).collect();
     let short = folder.path("short.csv");
     fs::write(&short, "t,u,tau_u\n".to_string() + &rows).expect("it can be written");
-    // what takes the place of published figures and of a vehicle is no file of settings
+    // in place of published parameters or of a vehicle file it is refused as well
     for arguments in [
         &["compare", &campaign, "--params", &path] as &[&str],
         &["report", &campaign, "--params", &path, "-o", "/dev/null"],
@@ -115,18 +115,18 @@ fn a_pipe_is_read_once_and_its_line_still_shown() {
     assert!(Command::new("mkfifo").arg(&pipe).status().expect("it starts").success());
     let text = "t,u,v,r,tau_u,tau_v,tau_r\n0,1,1,1,1,1,1\n1,\"1\",1,wrong,1,1,1\n2,1,1,1,1,1,1\n";
     let campaign = folder.path("campaign.toml");
-    // what has to be looked at several times is refused, before it is opened
+    // a file that must be read several times is refused before it is opened
     let refused = run(&["init", &pipe, "-o", &campaign]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(told(&refused).contains("only once: save it as a file"), "{}", told(&refused));
-    // and so is a campaign that a verb reads again: for its size, for its hash
+    // so is a campaign that a verb reads again, for its size or its hash
     for verb in ["fit", "plan", "report"] {
         let refused = run(&[verb, &pipe]);
         assert_eq!(refused.status.code(), Some(2), "{verb}");
         assert!(told(&refused).contains("only once: save it as a file"), "{verb}: {}", told(&refused));
     }
     for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"]] {
-        // a writer that ends where nobody opens the pipe
+        // a writer with a time limit, in case nobody opens the pipe
         let mut writer = Command::new("timeout")
             .args(["20", "sh", "-c", "printf '%s' \"$1\" > \"$2\"", "sh", text, &pipe])
             .spawn()

@@ -1,4 +1,5 @@
-//! Names that come from outside stay text in every exported file: no code, no element, no formula is made of them.
+//! Names from a user's file remain text in every exported file; they do not become code, elements
+//! or formulas.
 
 use std::path::Path;
 
@@ -9,8 +10,8 @@ use hydrosysid::export::{ExportOptions, Target, export};
 use hydrosysid::frame::Dof;
 use roxmltree::Document;
 
-/// Ends a comment of every target, turns what stands behind it about, and holds what XML has no place for. The Python tests
-/// have the same.
+/// A name that ends a comment in every target, reverses the direction of the following text, and
+/// contains characters that XML does not allow. The Python tests use the same name.
 const HOSTILE: &str = "boat\nsystem('echo code')\r%}\u{2028}\u{1}\u{0}\u{b}\"\"\"\\\n--> <x/> */ {longest} \u{202e}\u{2066}\u{ffff}\u{85},=cmd|' /C calc'!A0";
 
 fn of_models() -> impl Iterator<Item = Target> {
@@ -24,7 +25,7 @@ fn hostile() -> ModelFile {
     hostile
 }
 
-/// Whether a line of the file begins with what stands behind a line end of the name.
+/// Whether a line of the file begins with the text after a line end in the name.
 fn leaks(text: &str) -> bool {
     text.split(['\n', '\r', '\u{2028}', '\u{85}']).any(|line| line.trim_start().starts_with("system("))
 }

@@ -2,8 +2,9 @@
 
 use crate::own_effect_example::found_and_fitted;
 
-/// An effect of one's own is named where it is missing, and estimated: 6 N s⁴/m⁴ to three deviations and a hundredth, the speed
-/// being read to a millimetre a second and the truth made by steps of a millisecond.
+/// A user-defined effect is found if it is missing, and estimated as 6 N s⁴/m⁴ within three
+/// standard deviations plus 1 %. The 1 % is for the speed, which is rounded to 1 mm/s, and for the
+/// steps of 1 ms by which the log is simulated.
 #[test]
 fn an_effect_of_ones_own_is_named_and_estimated() {
     let (found, fit) = found_and_fitted().unwrap();

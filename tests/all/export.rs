@@ -1,6 +1,7 @@
-//! What is exported is read back by a parser of the target's format and moves as the model does.
+//! Exported files are read by a parser of the target's format, and their vehicle moves as the model does.
 //!
-//! The simulators here are written from the targets' own equations, with their signs and axes, apart from the library.
+//! The simulators in these tests are written from the equations of the targets, with their signs
+//! and axes, independently of the library.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,7 +15,7 @@ use hydrosysid::model::Model;
 use nalgebra::{Matrix6, Vector6};
 use roxmltree::{Document, Node};
 
-/// Rigid body of an `<inertial>` with its pose at the link, about the link.
+/// Inertia matrix of the rigid body of an `<inertial>`, about the origin of the link.
 fn rigid(inertial: Node<'_, '_>) -> Matrix6<f64> {
     let mass = number(child(inertial, "mass"));
     let pose = numbers(child(inertial, "pose"));
@@ -40,7 +41,7 @@ fn rigid(inertial: Node<'_, '_>) -> Matrix6<f64> {
     m
 }
 
-/// The Hydrodynamics system of gz-sim: derivatives by the names of its elements.
+/// The Hydrodynamics system of gz-sim, with its derivatives by the names of the elements.
 #[derive(Default)]
 struct Hydrodynamics {
     added: Matrix6<f64>,
@@ -83,11 +84,13 @@ impl Hydrodynamics {
     }
 }
 
-/// Steps of the library's integrator and of these differ by a few parts in a million where drag turns its sign.
+/// Tolerance of the motion: the integrators of the library and of these tests differ by a few parts
+/// in a million where drag changes its sign.
 const FINE: f64 = 2e-5;
 
-/// Path of a gz-sim file in forward-starboard-down axes: M a = τ − C(M) ν + damping, M: what the engine holds; the
-/// explicit added mass by its limit of short steps, −M_A a on the right.
+/// Motion of a gz-sim file in forward-starboard-down axes: M a = τ − C(M) ν + damping, where M is
+/// the inertia in the engine. An explicit added mass is taken in the limit of short steps, as
+/// −M_A a on the right-hand side.
 fn gazebo_path(export: &Export, dofs: &[Dof]) -> Vec<Vector6<f64>> {
     let text = text(export);
     let document = Document::parse(&text).expect("it is XML");
@@ -207,7 +210,7 @@ fn free_coriolis_coefficients_survive_in_gazebo() {
     }
 }
 
-/// Simulates the MATLAB function by its own equations from what stands in it.
+/// Motion by the equations of the MATLAB function, with the numbers in its text.
 fn matlab_path(text: &str, dofs: &[Dof]) -> Vec<Vector6<f64>> {
     let matrix = |name: &str| {
         let rest = text.split_once(&format!("vehicle.{name} = [")).expect("the matrix is there").1;
@@ -266,7 +269,7 @@ fn added_mass_that_would_blow_up_is_told_before_it_does() {
     let export = made(&heavy, Target::Gazebo, &options);
     assert!(codes(&export).contains("X008"), "320 − 100 is more than 100");
     assert!(!codes(&made(&heavy, Target::GazeboAddedMass, &options)).contains("X008"));
-    // gz-sim's own scheme: the force of the added mass from the acceleration of the step before
+    // the scheme of gz-sim: the force of the added mass is that of the acceleration of the step before
     let diverges = |rigid: f64, added: f64| {
         let (mut a, mut v): (f64, f64) = (0.0, 0.0);
         for _ in 0..2000 {
@@ -302,7 +305,7 @@ fn the_linear_model_moves_as_the_model_near_its_point() {
     let rows = |name: &str| -> Vec<Vec<f64>> { serde_json::from_value(json[name].clone()).expect("it is a matrix") };
     let (a, b) = (rows("A"), rows("B"));
     assert_eq!(json["states"], serde_json::json!(["u", "v", "r", "psi"]));
-    // against differences of the nonlinear equations, by the MATLAB function's own formulas
+    // compared with differences of the nonlinear equations, by the formulas of the MATLAB function
     let script = text(&made(&file, Target::FossenMatlab, &ExportOptions::default()));
     let accelerate = |nu: [f64; 3], tau: [f64; 3]| acceleration(&script, nu, tau);
     let (x0, tau0) = ([0.6, 0.0, 0.1], [0, 1, 2].map(|k| json["tau0"][k].as_f64().expect("a number")));
@@ -313,14 +316,14 @@ fn the_linear_model_moves_as_the_model_near_its_point() {
         x[k] += step;
         tau[k] += step;
         for i in 0..3 {
-            // one-sided differences of |ν| terms are good to the step
+            // one-sided differences of |ν| terms have an error of the size of the step
             assert!((accelerate(x, tau0)[i] / step - a[i][k]).abs() < 1e-4, "A[{i}][{k}]");
             assert!((accelerate(x0, tau)[i] / step - b[i][k]).abs() < 1e-6, "B[{i}][{k}]");
         }
     }
 }
 
-/// ν̇ in surge, sway and yaw by the numbers of the MATLAB function.
+/// ν̇ in surge, sway and yaw with the numbers of the MATLAB function.
 fn acceleration(script: &str, nu: [f64; 3], tau: [f64; 3]) -> [f64; 3] {
     let grab = |name: &str| {
         let rest = script.split_once(&format!("vehicle.{name} = [")).expect("the matrix is there").1;

@@ -1,4 +1,4 @@
-//! The header of C, compiled by the C compiler of the machine, for a minute.
+//! The exported C header, compiled by the C compiler of the machine, moves as the model does for a minute.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,7 +13,8 @@ use hydrosysid::frame::Dof;
 use hydrosysid::procedure::acting_forces;
 use nalgebra::Vector6;
 
-/// Integrates the header's equations with the kinematics of z-y-x angles by RK4 at 0.02 s, forces linear between samples.
+/// A C program that integrates the header's equations and the kinematics of z-y-x angles by RK4 at
+/// 0.02 s, with forces that are linear between samples.
 const MAIN: &str = r#"
 #include <stdio.h>
 #include "vehicle.h"
@@ -49,7 +50,7 @@ int main(void)
 }
 "#;
 
-/// Velocities by the compiled header; `None` where there is no compiler.
+/// Velocities by the compiled header; `None` if there is no compiler.
 fn moved(file: &ModelFile, name: &str) -> Option<Vec<Vector6<f64>>> {
     let options = ExportOptions { inertia: Some([20.0, 25.0, 28.0]), ..ExportOptions::default() };
     let export = made(file, Target::CHeader, &options);
@@ -87,7 +88,7 @@ fn moved(file: &ModelFile, name: &str) -> Option<Vec<Vector6<f64>>> {
 fn the_compiled_header_moves_as_the_model() {
     let file = floating(&EVERY_COUPLING);
     let Some(path) = moved(&file, "header") else { return };
-    // the same scheme on the same equations, written with eleven digits
+    // the same scheme on the same equations, with numbers of eleven digits
     assert_quoted(Target::CHeader, &path, &truth(&file));
 }
 
@@ -100,10 +101,10 @@ fn the_compiled_header_counts_the_losses_of_thrust() {
         ..floating(&EVERY_COUPLING)
     };
     let Some(path) = moved(&lossy, "header-losses") else { return };
-    // by the rule of the fit: nominal forces and velocities of a run become forces that act, and those move the model
+    // as in a fit: nominal forces and velocities of a run give the effective forces, and these move the model
     let run = run_of(&Dof::ALL, &samples(&Dof::ALL), &|k, dof| path[k][dof.index()]);
     let (acting, _) = acting_forces(&run, &lossy.efficiency, &[]);
-    // forces that act are linear between samples there and bend with the speed here
+    // there effective forces are linear between samples, here they follow the speed
     assert_within(&path, &truth_of(&lossy, &acting), 1e-3);
     let lossless = differences(&path, &truth(&lossy));
     assert!(lossless[0] > 0.05 && lossless[5] > 0.05, "the losses are no rounding: {lossless:?}");

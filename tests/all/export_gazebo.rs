@@ -1,8 +1,9 @@
-//! The file for gz-sim in its system's own update, for a minute.
+//! The exported file for gz-sim moves as the model does for a minute, by the update of its
+//! Hydrodynamics system.
 //!
-//! The update is written from gz-sim 8, `src/systems/hydrodynamics/Hydrodynamics.cc` (`Configure`, `PreUpdate`): the
-//! wrench is that of the state before the step, the added mass that of the acceleration of the step before, and it acts at
-//! the origin of the link.
+//! The update is written from gz-sim 8, `src/systems/hydrodynamics/Hydrodynamics.cc` (`Configure`,
+//! `PreUpdate`): the wrench is that of the state before the step, the force of the added mass that
+//! of the acceleration of the step before, and the wrench acts at the origin of the link.
 
 use crate::exported::engine::{Forces, GRAVITY, Link, Seen};
 use crate::exported::quoted::assert_quoted;
@@ -12,7 +13,7 @@ use hydrosysid::frame::Dof;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use roxmltree::{Document, Node};
 
-/// The system's coefficients by its own names, 0 where the file has none.
+/// Coefficients of the system by its own names; 0 if the file has none.
 struct Hydrodynamics {
     added: Matrix6<f64>,
     linear: Matrix6<f64>,
@@ -79,7 +80,7 @@ fn link(inertial: Node<'_, '_>) -> Link {
     }
 }
 
-/// Motion in the simulator with a collision of the volume that the file tells.
+/// Motion in the simulator, with the buoyancy of the volume that the warning X012 states.
 fn moved(export: &Export, step: f64) -> Vec<Vector6<f64>> {
     let text = text(export);
     let document = Document::parse(&text).expect("it is XML");

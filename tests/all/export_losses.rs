@@ -1,4 +1,4 @@
-//! Losses of thrust that a model goes with: in the matrices and functions, in the curves, or refused.
+//! Losses of thrust of a model: exported in matrices, functions and curves, or refused.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +8,7 @@ use hydrosysid::campaign::ModelFile;
 use hydrosysid::export::{ExportOptions, Target, export, export_model};
 use hydrosysid::thrust::efficiency::Efficiency;
 
-/// 0.9 in surge, and a loss by advance.
+/// A planar model with the `[efficiency]` of `text`.
 fn with_losses(text: &str) -> ModelFile {
     let efficiency: Efficiency = toml::from_str(text).expect("it is an [efficiency]");
     ModelFile { efficiency, ..planar(&COUPLED) }
@@ -38,7 +38,7 @@ fn the_linear_model_takes_commands() {
     let tau0 = with["tau0"][0].as_f64().expect("a number");
     let acting = without["tau0"][0].as_f64().expect("a number");
     assert!((0.9 * 0.88 * tau0 - acting).abs() < 1e-9, "the command that holds the point");
-    // more speed, less thrust: −0.9·0.2 τ₀ on the diagonal of surge
+    // thrust decreases with speed: −0.9·0.2 τ₀ on the diagonal of surge
     let slope = cell(&with, "A", 0, 0) - cell(&without, "A", 0, 0);
     assert!((slope + 0.18 * tau0 * cell(&without, "B", 0, 0)).abs() < 1e-12, "{slope}");
     let given = linear(&lossy, &[("u", 0.5), ("tau_u", tau0)]);
@@ -53,7 +53,7 @@ fn functions_carry_the_losses_and_files_of_coefficients_refuse_them() {
         python.contains("ETA_INTER = np.array([0.9, 1, 1, 1, 1, 0.8])") && python.contains("ETA_ADV = (-0.2, 0.98)")
     );
     assert!(python.contains("Forces here are nominal") && python.contains("Nothing of the model is lost"));
-    // what these numbers do: export_c_header.rs, and test_consumers.py for Python
+    // the effect of these numbers is tested in export_c_header.rs, and for Python in test_consumers.py
     for (target, inter, adv) in [
         (Target::FossenMatlab, "eta_inter = [0.9; 1; 1; 1; 1; 0.8];", "eta_adv = [-0.2; 0.98];"),
         (Target::CHeader, "eta_inter[6] = {0.9, 1, 1, 1, 1, 0.8};", "eta_adv[2] = {-0.2, 0.98};"),
@@ -133,7 +133,7 @@ fn a_small_lever_about_an_axis_that_the_model_has_not_is_no_other_loss() {
     let told = text(&made(one, Target::GazeboThrusters).expect("roll and pitch are not in the model"));
     assert!(told.contains("factor of each thruster 0.9, 0.9, 1"), "{told}");
     assert!(text(&made(one, Target::Ardusub).expect("one factor")).contains("factor of each thruster 0.9, 0.9, 1"));
-    // of a thruster that pushes in no degree of freedom of the model what is said of its own counts
+    // for a thruster that acts in no degree of freedom of the model, its own η_inter counts
     let heave = "eta_inter = { surge = 0.9, sway = 0.9, yaw = 0.9, heave = 0.8 }";
     let told = text(&made(heave, Target::GazeboThrusters).expect("one factor of each"));
     assert!(told.contains("factor of each thruster 0.9, 0.9, 0.8"), "{told}");

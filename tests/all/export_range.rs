@@ -1,4 +1,5 @@
-//! Every exported file says between which speeds its model was fitted, and what the target will extrapolate is told.
+//! Every exported file states the range of speeds of the fit, and a target that extrapolates is
+//! named in a warning.
 
 use std::path::Path;
 
@@ -28,7 +29,7 @@ fn every_file_says_where_the_model_was_fitted_and_a_target_that_knows_no_limits_
     assert!(codes(&made(&unknown, Target::Uuv, &ExportOptions::default())).contains("X019"));
 }
 
-/// The file of any target, of a planar model with noise or of a campaign with thrusters.
+/// The export to any target, from a planar model with noise or from a campaign with thrusters.
 fn of(target: Target) -> Export {
     if target.takes_campaign() {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bounds-{}", target.name()));
@@ -101,7 +102,7 @@ fn a_model_of_one_amplitude_is_told_and_one_of_several_is_not() {
     let told = one.warnings.iter().find(|w| w.code == "X018").expect("it is told");
     assert!(told.message.contains("surge (KC 2.00 to 2.50)"), "{}", told.message);
     assert!(!codes(&with(0.55, 39.8)).contains("X018"));
-    // runs that do not oscillate are among them: what amplitudes there are nobody knows
+    // a lower bound of 0 means that some runs do not oscillate, so that the amplitudes are not known
     assert!(!codes(&with(0.0, 2.5)).contains("X018"));
 }
 

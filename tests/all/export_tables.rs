@@ -1,4 +1,4 @@
-//! Tables for papers: every parameter with SNAME's name, sign and dry part.
+//! Tables for papers: every parameter with its SNAME name and sign, and without the dry part.
 
 use crate::exported::*;
 use hydrosysid::campaign::{self, ModelFile, ModelParameter};
@@ -13,7 +13,7 @@ fn rows(file: &ModelFile, options: &ExportOptions) -> Vec<csv::StringRecord> {
     reader.records().map(|r| r.expect("it is CSV")).collect()
 }
 
-/// SNAME's name and value of the parameter of an effect at a place.
+/// SNAME name and value of the parameter of an effect at a place.
 fn sname(rows: &[csv::StringRecord], effect: &str, place: &str) -> (String, String) {
     let row = rows.iter().find(|r| &r[0] == effect && &r[1] == place).expect("it is there");
     (row[6].to_string(), row[7].to_string())
@@ -50,7 +50,7 @@ fn the_dry_part_is_taken_off_couplings_and_moments_of_inertia() {
     let file = floating(&[]);
     let rows = |options: &ExportOptions| rows(&file, options);
     let unknown = rows(&ExportOptions::default());
-    // m z_g = 6 of m_uq = 9, −m z_g of m_vp = −8, m x_g = 10 of m_vr = 6
+    // subtracted: m z_g = 6 from m_uq = 9, −m z_g from m_vp = −8, m x_g = 10 from m_vr = 6
     assert_eq!(sname(&unknown, "added_mass_coupling", "surge:pitch"), pair("X_qdot", "-3"));
     assert_eq!(sname(&unknown, "added_mass_coupling", "sway:roll"), pair("Y_pdot", "2"));
     assert_eq!(sname(&unknown, "added_mass_coupling", "sway:yaw"), pair("Y_rdot", "4"));
@@ -70,7 +70,7 @@ fn a_result_says_of_couplings_what_a_table_says() {
         let told = campaign::described(p, None, vehicle, &[]);
         (told.sname, told.sname_value)
     };
-    // m r_g taken off: of m_uq = 9 m z_g = 6, of m_vp = -8 -m z_g
+    // m r_g is subtracted: m z_g = 6 from m_uq = 9, −m z_g from m_vp = −8
     assert_eq!(told("added_mass_coupling@surge:pitch", &file.vehicle), (Some("X_qdot".into()), Some(-3.0)));
     assert_eq!(told("added_mass_coupling@sway:roll", &file.vehicle), (Some("Y_pdot".into()), Some(2.0)));
     let weightless = hydrosysid::vehicle::Vehicle { mass: None, ..file.vehicle.clone() };

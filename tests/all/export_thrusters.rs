@@ -1,7 +1,9 @@
-//! The file for gz-sim's thrusters in its system's own update, for a minute.
+//! The exported file for thrusters of gz-sim gives the forces of the library for a minute, by the
+//! update of its Thruster system.
 //!
-//! The update is written from gz-sim 8, `src/systems/thruster/Thruster.cc` (`Configure`, `OnCmdThrust`,
-//! `ThrustToAngularVec`, `AngularVelToThrust`, `PreUpdate`), commanded by force; world and link forward-port-up.
+//! The update is written from gz-sim 8, `src/systems/thruster/Thruster.cc` (`Configure`,
+//! `OnCmdThrust`, `ThrustToAngularVec`, `AngularVelToThrust`, `PreUpdate`), commanded by force;
+//! world and link forward-port-up.
 
 use std::path::Path;
 
@@ -17,7 +19,7 @@ use roxmltree::{Document, Node};
 const DIAMETER: f64 = 0.02;
 const LIMIT: f64 = 1000.0;
 
-/// `ThrusterPrivateData`, with what the comment of the file says of its joint and its curve.
+/// `ThrusterPrivateData`, with the joint and the curve that the comment of the file states.
 struct Plugin {
     coefficient: f64,
     density: f64,
@@ -31,7 +33,7 @@ struct Plugin {
     curve: [f64; 5],
 }
 
-/// The numbers of a text, in their order.
+/// The numbers in a text, in order.
 fn figures(text: &str) -> Vec<f64> {
     text.split(|c: char| c == ',' || c.is_whitespace()).filter_map(|word| word.parse().ok()).collect()
 }
@@ -60,7 +62,7 @@ impl Plugin {
         }
     }
 
-    /// The force that the comment tells the user to publish for a command V, N.
+    /// The force, N, that the comment of the file asks to publish for a command V.
     fn published(&self, command: f64) -> f64 {
         let [a, b, reverse_a, reverse_b, dead] = self.curve;
         let (a, b) = if command < 0.0 { (reverse_a, reverse_b) } else { (a, b) };
@@ -92,13 +94,13 @@ impl Plugin {
     }
 }
 
-/// Commands of the two thrusters at a step: through the dead band and beyond the limits.
+/// Commands of the two thrusters at a step, which cross the dead band and exceed the limits.
 fn commands(k: usize) -> [f64; 2] {
     let t = STEP * k as f64;
     [1.2 * (0.4 * t).sin(), 1.1 * (0.63 * t + 1.0).sin() - 0.1]
 }
 
-/// Wrenches of the simulator and of the library's own thrusters, along a minute.
+/// Wrenches of the simulator and of the library's thrusters over a minute.
 fn moved(efficiency: &str, folder: &str) -> (Vec<Vector6<f64>>, Vec<Vector6<f64>>) {
     let path = thrusters(&Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder), "boat", efficiency);
     let export = export(&path, Target::GazeboThrusters, &ExportOptions::default()).expect("it can be exported");
@@ -133,7 +135,7 @@ fn moved(efficiency: &str, folder: &str) -> (Vec<Vector6<f64>>, Vec<Vector6<f64>
 #[test]
 fn the_system_gives_the_thrust_of_the_campaign() {
     let (simulated, own) = moved("", "gazebo-thrusters");
-    // numbers of eleven digits; commands beyond `max` are cut to its thrust on both sides
+    // the file has numbers of eleven digits; both sides limit commands beyond `max`
     assert_quoted(Target::GazeboThrusters, &simulated, &own);
 }
 

@@ -1,7 +1,8 @@
-//! The URDF in the library that reads it, for a minute.
+//! The exported URDF moves as the model does for a minute, by the equations of the library that reads it.
 //!
-//! The equations are written from the Robotic Decision Making Laboratory's `hydrodynamics` (2025), `src/hydrodynamics.cpp`:
-//! `parse_model_from_xml`, `Inertia`, `Coriolis`, `Damping`, `RestoringForces`, `forward_dynamics`.
+//! The equations are written from the Robotic Decision Making Laboratory's `hydrodynamics` (2025),
+//! `src/hydrodynamics.cpp`: `parse_model_from_xml`, `Inertia`, `Coriolis`, `Damping`,
+//! `RestoringForces`, `forward_dynamics`.
 
 use crate::exported::quoted::assert_quoted;
 use crate::exported::*;
@@ -27,7 +28,7 @@ fn attribute(node: Node<'_, '_>, name: &str) -> f64 {
     text.parse().expect("it is a number")
 }
 
-/// An element of `parent` itself, as the library looks for it.
+/// A direct child element of `parent`, as the library looks for it.
 fn own<'a, 'i>(parent: Node<'a, 'i>, name: &str) -> Node<'a, 'i> {
     parent.children().find(|n| n.has_tag_name(name)).unwrap_or_else(|| panic!("there is a <{name}>"))
 }
@@ -98,7 +99,7 @@ impl Params {
     }
 }
 
-/// Couplings that are those of the rigid body alone, so that the diagonal holds the rest.
+/// A model whose couplings of inertia are those of the rigid body, so that its added mass is diagonal.
 fn diagonal() -> hydrosysid::campaign::ModelFile {
     let mut file = floating(&[]);
     let rigid = [("surge:pitch", 6.0), ("sway:roll", -6.0), ("sway:yaw", 10.0), ("heave:pitch", -10.0)];
@@ -127,7 +128,7 @@ fn the_link_is_the_rigid_body_as_every_reader_of_urdf_takes_it() {
     let text = text(&made(&file, Target::Urdf, &ExportOptions { inertia: INERTIA, ..ExportOptions::default() }));
     let document = Document::parse(&text).expect("it is XML");
     let inertial = own(own(document.root_element(), "link"), "inertial");
-    // forward-port-up: what lies below the origin has a negative z
+    // forward-port-up: a point below the origin has a negative z
     assert_eq!(own(inertial, "origin").attribute("xyz"), Some("0.05 0 -0.03"));
     let central = attribute(own(inertial, "inertia"), "iyy");
     // 25 − m (x² + z²)
@@ -141,7 +142,7 @@ fn what_the_diagonal_does_not_hold_is_named() {
         made(&file, Target::Urdf, &ExportOptions { inertia: Some([40.0, 45.0, 50.0]), ..ExportOptions::default() });
     let text = text(&export);
     let params = Params::parse(&text);
-    // half of the drag that differs astern is even
+    // half of the drag asymmetry is even in u, the other half adds to the quadratic drag
     assert!((params.added[(0, 0)] - 50.0).abs() < 1e-9 && (params.quadratic[0] - 145.0).abs() < 1e-9);
     for name in ["Y_r", "N_v|v|", "N_r|u|", "X_uu", "Y_rdot", "N_vdot"] {
         assert!(export.lost.iter().any(|l| l == name), "{name} is told: {:?}", export.lost);

@@ -1,4 +1,5 @@
-//! The file for uuv_simulator and DAVE in the plugin's own update, for a minute.
+//! The exported file for uuv_simulator and DAVE moves as the model does for a minute, by the update
+//! of the plugin.
 //!
 //! The update is written from uuv_simulator 0.6.13, `uuv_gazebo_plugins/src/HydrodynamicModel.cc` (`ToNED`,
 //! `ComputeAcc`, `ComputeAddedCoriolisMatrix`, `ComputeDampingMatrix`, `ApplyHydrodynamicForces`) and
@@ -52,7 +53,7 @@ impl Fossen {
             damping[(i, i)] -= self.quadratic[i] * nu[i].abs();
         }
         let hydrodynamic = -damping * nu - self.added * self.filtered + coriolis(&self.added, &nu);
-        // the buoyancy, up in the world, at its place from the centre of mass
+        // buoyancy, upwards in the world, at its position relative to the centre of mass
         let up = seen.attitude.inverse() * Vector3::new(0.0, 0.0, self.volume * self.density * GRAVITY);
         let moment = self.buoyancy.cross(&up);
         let buoyant = Vector6::new(up[0], up[1], up[2], moment[0], moment[1], moment[2]);
@@ -60,7 +61,7 @@ impl Fossen {
     }
 }
 
-/// The link as the comment of the file tells it.
+/// The link as the comment of the file describes it.
 fn link(text: &str) -> Link {
     let after = |start: &str| text.split_once(start).unwrap_or_else(|| panic!("{start} is told")).1;
     let until = |text: &str, end: &str| text.split_once(end).expect("the line ends").0.to_string();
@@ -78,7 +79,7 @@ fn link(text: &str) -> Link {
     }
 }
 
-/// Couplings that the plugin has a place for: the linear ones, and with the forward velocity.
+/// Couplings that the plugin can represent.
 const HELD: [(&str, f64); 4] = [
     ("linear_cross_damping@sway:yaw", 12.0),
     ("linear_cross_damping@roll:sway", 5.0),
@@ -99,7 +100,7 @@ fn the_plugin_moves_as_the_model_with_a_centre_of_gravity_off_the_origin() {
     let options = ExportOptions { inertia: Some([20.0, 25.0, 28.0]), ..ExportOptions::default() };
     let export = made(&file, Target::Uuv, &options);
     assert!(export.lost.is_empty(), "{:?}", export.lost);
-    // steps of 1 ms of the engine, and of the acceleration 2 ms late
+    // the engine has steps of 1 ms, and its filtered acceleration is 2 ms late
     assert_quoted(Target::Uuv, &moved(&text(&export)), &truth(&file));
 }
 
@@ -108,7 +109,7 @@ fn cross_terms_turned_to_the_axes_of_the_link_would_move_another_way() {
     let file = floating(&HELD);
     let options = ExportOptions { inertia: Some([20.0, 25.0, 28.0]), ..ExportOptions::default() };
     let text = text(&made(&file, Target::Uuv, &options));
-    // X_q and Y_r with the other sign, as a file for a plugin in forward-port-up would have them
+    // a file for a plugin in forward-port-up axes would have X_q and Y_r with the other sign
     let document = Document::parse(&text).expect("it is XML");
     let linear = numbers(child(document.root(), "linear_damping"));
     assert!((linear[4] + 9.0).abs() < 1e-9 && (linear[11] + 12.0).abs() < 1e-9, "forward-starboard-down");

@@ -1,4 +1,5 @@
-//! Forces over time: each term as its formula says, their total as Newton says, in `simulate --forces` and in the report.
+//! Forces over time in `simulate --forces` and in the report: each term follows its formula, and
+//! the total Newton's law.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -12,7 +13,7 @@ use hydrosysid::report::{Block, Chart, Label, Origin};
 use hydrosysid::report_content::{Results, document};
 use hydrosysid::tank::{BlindOptions, write_blind};
 
-/// A noise-free campaign of the tank in a folder of its own.
+/// A noise-free campaign of the tank in its own folder.
 fn campaign(name: &str) -> (PathBuf, Campaign) {
     let folder = std::env::temp_dir().join(format!("hydrosysid-forces-{name}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
@@ -66,7 +67,8 @@ fn law_forces_add_up_to_the_total_at_every_sample() {
                 let expected = -linear * v - quadratic * v * v.abs();
                 assert!((drag - expected).abs() <= 1e-12 * size, "{} {dof}: {drag} {expected}", run.name);
             }
-            // the momentum that the total has brought, by trapezoids: 0.1 s against motions of some seconds
+            // the integral of the total is the change of momentum; the tolerance is for trapezoids
+            // of 0.1 s on motions of some seconds
             let steps = || (1..time.len()).map(|k| time[k] - time[k - 1]).enumerate();
             let brought: f64 = steps().map(|(k, h)| 0.5 * h * (total[k] + total[k + 1])).sum();
             let moved: f64 = steps().map(|(k, h)| 0.5 * h * (total[k].abs() + total[k + 1].abs())).sum();

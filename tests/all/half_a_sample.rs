@@ -1,4 +1,5 @@
-//! Commands that are held and read as lines: half of their sample time, said as what it is.
+//! Held commands that are read as straight lines, which delays them by half a sample: the search
+//! names the cause.
 
 use std::path::Path;
 
@@ -9,8 +10,9 @@ use hydrosysid::discover::Discovery;
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
 
-/// Surge of 100 u̇ = τ − 80 u|u| at 10 Hz under commands as a pilot gives them; what is logged of τ is what it is at the rows, and
-/// between them it stays or goes on. A step is in the middle of its two sides, which the scheme sees as often.
+/// Log of 100 u̇ = τ − 80 u|u| at 10 Hz under random commands. The log has τ at the rows; between
+/// rows it is held or linear. At a step itself τ is the mean of both sides, because the integrator
+/// evaluates it equally often from each.
 fn run(name: &str, role: Role, seed: u64, is_held: bool) -> Run {
     let samples = 600;
     let wanders = Noise::new(seed, 5).coloured(samples + 2, 0.9);
@@ -35,7 +37,7 @@ fn run(name: &str, role: Role, seed: u64, is_held: bool) -> Run {
     run
 }
 
-/// What is found in six runs whose commands are `is_held`, read as `input` says.
+/// The discovery in six runs with held or linear commands, read with this `input`.
 fn found(is_held: bool, input: &str) -> Discovery {
     let text = format!(
         "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia', 'quadratic_drag']\ninput = '{input}'\n[[run]]\nfile = 'a.csv'\n"
@@ -54,7 +56,7 @@ fn held_commands_that_are_read_as_lines_are_said_to_be_held() {
     assert!(found.sentence.starts_with("Commands that are held were read as straight lines"), "{}", found.sentence);
     assert!(found.sentence.contains("input = \"hold\""), "{}", found.sentence);
     assert!(found.warnings.iter().any(|w| w.code == "D106"), "{:?}", found.warnings);
-    // the remedy is another reading of the log, and no effect in the model
+    // the remedy is another option for the log, not an effect in the model
     assert!(found.adopt.is_empty(), "{:?}", found.adopt);
 }
 

@@ -1,9 +1,11 @@
-//! A heading that contradicts the way over x and y, told by the turn of the velocity; what a current does is no contradiction.
+//! A heading that contradicts the path over x and y is found by the rotation of the velocity; a
+//! current is no contradiction.
 
 use hydrosysid::check::{self, CheckOptions, Light, Topic};
 use hydrosysid::run::{Run, Signal};
 
-/// A vehicle that wanders for two minutes in a current (m/s), its heading in error by `wrong`.
+/// Log of a vehicle that moves about for two minutes in a current (m/s), with the logged heading
+/// `wrong(t, ψ)`.
 fn swum(current: [f64; 2], wrong: impl Fn(f64, f64) -> f64) -> Run {
     let (mut time, mut columns) = (Vec::new(), vec![Vec::new(); 5]);
     let (mut x, mut y) = (0.0, 0.0);
@@ -31,7 +33,7 @@ fn swum(current: [f64; 2], wrong: impl Fn(f64, f64) -> f64) -> Run {
     }
 }
 
-/// Codes of findings, and the light of consistency.
+/// Codes of the findings, and whether the light of consistency is red.
 fn judged(run: &Run) -> (Vec<&'static str>, bool) {
     let report = check::run(run, &CheckOptions::default());
     let light = report.lights.iter().find(|l| l.topic == Topic::Consistency).and_then(|l| l.light);
@@ -62,7 +64,8 @@ fn a_right_heading_contradicts_nothing_in_any_current() {
     }
 }
 
-/// The antenna a metre ahead of the DVL and 0.4 m to port swings about it: told as that, and no axis, scale or clock is accused.
+/// An antenna 1 m ahead of the DVL and 0.4 m to port swings about it. The finding gives this lever
+/// arm, within 1 cm ahead, and no axis, scale or clock is reported as wrong.
 #[test]
 fn an_antenna_with_a_lever_arm_is_told_as_that() {
     let mut run = swum([0.1, 0.05], |_, psi| psi);
@@ -76,19 +79,19 @@ fn an_antenna_with_a_lever_arm_is_told_as_that() {
     let report = check::run(&run, &CheckOptions::default());
     let codes: Vec<&str> = report.findings.iter().map(|f| f.code).collect();
     let arm = report.findings.iter().find(|f| f.code == "K119").unwrap_or_else(|| panic!("{codes:?}"));
-    // the velocity between its samples is a line
+    // the tolerance is for the velocity, which is linear between its samples
     let ahead = arm.message.split(' ').nth(4).and_then(|metres| metres.parse::<f64>().ok());
     assert!(ahead.is_some_and(|metres| (metres - 1.0).abs() < 0.01), "{}", arm.message);
     assert!(arm.message.contains("-0.4 ± "), "{}", arm.message);
     for false_word in ["K111", "K112", "K113", "K114", "K115", "K116"] {
         assert!(!codes.contains(&false_word), "{:?}", report.findings);
     }
-    // and what the model has is no finding
+    // a lever arm that the model has is not reported
     let known = CheckOptions { arm_is_known: true, ..CheckOptions::default() };
     assert!(check::run(&run, &known).findings.iter().all(|f| f.code != "K119"));
 }
 
-/// One axis of the position turned round, and u and v exchanged: each is told as what it is.
+/// A reversed axis of the position is reported as a sign, and exchanged x and y, or u and v, as an exchange.
 #[test]
 fn an_axis_that_is_turned_round_is_no_swap() {
     let told = |run: &Run| {

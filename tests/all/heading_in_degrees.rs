@@ -1,11 +1,11 @@
-//! A heading in degrees under a name that says radians, beside a sound gyro.
+//! A heading in degrees in a channel that should be in radians, together with a sound gyro.
 
 use hydrosysid::check::{self, CheckOptions, FaultKind};
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::tank::Noise;
 
-/// A heading that swings by 80 degrees to both sides of `middle`, with noise of half a degree at 10 Hz, so that it steps by more than
-/// 3.14 now and then; wrapped at 360 where it comes round.
+/// Log of a heading that swings by 80° to both sides of `middle`, wrapped at 360°, with noise of
+/// 0.5° at 10 Hz, so that it sometimes steps by more than 3.14.
 fn swinging(middle: f64) -> Run {
     let mut noise = Noise::new(11, 2);
     let time: std::sync::Arc<[f64]> = (0..900).map(|k| 0.1 * f64::from(k)).collect();

@@ -1,6 +1,7 @@
-//! Commands that are held between samples, and a delay of them: against the exact solution, and against differences.
+//! Commands that are held between samples, and their delay: comparison with the exact solution and
+//! with differences.
 
-// a fixture that fails is a failed test
+// a failing fixture fails the test
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -22,7 +23,7 @@ use hydrosysid::simulate::{Emission, Stretch, Track, free_run, integrate_fast};
 const MASS: f64 = 300.0;
 const DRAG: f64 = 90.0;
 
-/// Steps of the command: an instant and the force from then on, N. No two are as far apart.
+/// Steps of the command: an instant, s, and the force from then on, N. All intervals differ.
 const STEPS: [(f64, f64); 9] = [
     (0.0, 0.0),
     (2.03, 80.0),
@@ -35,7 +36,7 @@ const STEPS: [(f64, f64); 9] = [
     (31.9, -20.0),
 ];
 
-/// u of m u̇ + d u = τ(t − late) at `t`, from rest: one exponential a step.
+/// u of m u̇ + d u = τ(t − late) at `t`, from rest: one exponential for each step.
 fn exact(t: f64, late: f64) -> f64 {
     let mut u = 0.0;
     for (k, (begin, force)) in STEPS.iter().enumerate() {
@@ -57,7 +58,7 @@ fn stamps(from: f64, step: f64, count: usize) -> Arc<[f64]> {
     (0..count).map(|k| from + step * k as f64).collect()
 }
 
-/// A log of the speed at 10 Hz and of the command at the instants of its steps, both from `epoch` on.
+/// A log of the speed at 10 Hz and of the command at the instants of its steps; its time begins at `epoch`.
 fn run(late: f64, noise: f64, epoch: f64) -> Run {
     let mut run = Run::default();
     let time = stamps(0.0, 0.1, 400);
@@ -90,8 +91,8 @@ fn simulate(model: &Model, run: &Run, longest: f64) -> Vec<f64> {
     free_run(&dynamics, &track, &theta, &[0.0], 0, track.time.len() - 1).outputs
 }
 
-/// Edges fall between the samples of the speed, with and without a delay: the scheme's own error is all there is, whatever
-/// the step. At λh = 0.03 it is some 1e-9.
+/// Steps of the command lie between the samples of the speed, with and without a delay. For any
+/// longest step the only error is that of the integration scheme, about 1e-9 at λh = 0.03.
 #[test]
 fn a_step_of_the_integrator_ends_where_the_command_steps() {
     for late in [0.0, 0.3, 0.137] {
@@ -107,7 +108,8 @@ fn a_step_of_the_integrator_ends_where_the_command_steps() {
     }
 }
 
-/// The same steps written at the rate of the log and as a line with edges, as where held and linear runs stand together.
+/// The same steps, written as a linear command with edges of 1 µs as in campaigns of held and
+/// linear runs, give the same motion.
 #[test]
 fn an_edge_written_as_a_line_is_one() {
     let mut run = run(0.3, 0.0, 0.0);
@@ -121,12 +123,12 @@ fn an_edge_written_as_a_line_is_one() {
     line.input = Interpolation::Linear;
     line.set("thrust_delay", 0.3);
     for (k, u) in simulate(&line, &run, 0.1).iter().enumerate() {
-        // half a microsecond early at up to 0.5 m/s²
+        // the command is half a microsecond early, at up to 0.5 m/s²
         assert!((u - exact(0.1 * k as f64, 0.3)).abs() < 1e-6);
     }
 }
 
-/// ∂u/∂T of held commands is what differences of the exact solution say, with dead band and lag on the way as well.
+/// ∂u/∂T of held commands agrees with central differences of simulations, also with a lag.
 #[test]
 fn law_sensitivity_to_the_delay_of_held_commands() {
     let run = run(0.0, 0.0, 0.0);
@@ -165,7 +167,7 @@ fn law_sensitivity_to_the_delay_of_held_commands() {
         let inside_an_edge = |t: f64| STEPS.iter().any(|(begin, _)| (begin + late - t).abs() < 1.1e-3);
         for (k, found) in found.iter().enumerate().filter(|(k, _)| !inside_an_edge(0.1 * *k as f64)) {
             let numeric = (up[k] - down[k]) / (2.0 * h);
-            // the scheme and the difference are both good to some 1e-6 of the jump in acceleration
+            // the scheme and the difference both have errors of about 1e-6 of the jump in acceleration
             assert!((found - numeric).abs() < 2e-6, "{effects:?} {late}, sample {k}: {found} against {numeric}");
         }
     }
@@ -175,7 +177,8 @@ fn options() -> OutputErrorOptions {
     OutputErrorOptions { sigma: Some([("u".to_string(), 0.005)].into()), ..OutputErrorOptions::default() }
 }
 
-/// A pure delay of 0.30 s with 5 mm/s of noise: found as 0.30 s, from a start of 0.1 s and from none.
+/// A pure delay of 0.30 s is estimated within three standard deviations at 5 mm/s of noise, from
+/// starts of 0.1 s, 0 s and 0.8 s.
 #[test]
 fn a_delay_of_held_commands_is_found() {
     for start in [0.1, 0.0, 0.8] {
@@ -192,7 +195,8 @@ fn a_delay_of_held_commands_is_found() {
     }
 }
 
-/// Commands of a log of their own whose clock is off: the offset is a delay, and the mass is not taken for it.
+/// If the commands are in a log of their own with a clock offset, the offset is estimated as a
+/// delay, and the mass is right.
 #[test]
 fn a_clock_offset_of_the_commands_is_a_delay() {
     let mut run = run(0.0, 0.0, 0.0);
@@ -205,8 +209,9 @@ fn a_clock_offset_of_the_commands_is_a_delay() {
     assert!((fit.model.value("inertia@surge").unwrap() - MASS).abs() < 1e-2);
 }
 
-/// Seconds since 1970 hold 0.24 µs: every estimate is the same to a twentieth of its deviation, where the search stops, in
-/// held and linear runs, with commands at instants of their own.
+/// Time stamps in seconds since 1970, which have a resolution of 0.24 µs, change every estimate by
+/// less than a twentieth of its standard deviation, which is where the iteration stops. This holds
+/// for held and linear commands at their own instants.
 #[test]
 fn a_wall_clock_changes_nothing() {
     for input in [Interpolation::Hold, Interpolation::Linear] {
@@ -228,7 +233,7 @@ fn a_wall_clock_changes_nothing() {
     }
 }
 
-/// The same of integral least squares, and of a force that hangs on the time of the run.
+/// The same for integral least squares and for a force that depends on the time of the run.
 #[test]
 fn a_wall_clock_changes_no_regression() {
     let fit = |epoch: f64| {
@@ -270,7 +275,8 @@ fn lagged_run(lag: f64, noise: f64) -> Run {
     run
 }
 
-/// A lag is found as it is from starts far above it: steps follow the time constant down. 0.05 s is half a sample.
+/// A lag is estimated from a start far above it, since the steps follow the time constant; 0.05 s
+/// is half a sample.
 #[test]
 fn a_quick_lag_is_found_whatever_the_step() {
     for lag in [0.05, 0.2] {
@@ -282,14 +288,14 @@ fn a_quick_lag_is_found_whatever_the_step() {
             let fit = output_error(&model, &[lagged_run(lag, 1e-4)], &options).unwrap();
             values.push(fit.model.value("thrust_lag").unwrap());
         }
-        // 1e-4 m/s of noise leaves some 1e-3 s; the scheme errs by (h/T)⁴/120, and h stays where it is until it is a quarter
-        // longer than half of T: 1.3e-3 of it
+        // 1e-4 m/s of noise causes an error of about 1e-3 s; the error of the scheme is (h/T)⁴/120,
+        // and h is only shortened when it is a quarter longer than T/2: 1.3e-3 of T
         assert!(values.iter().all(|t| (t - lag).abs() < 2e-3), "{values:?} for {lag}");
         assert!((values[0] - values[1]).abs() < 2e-3 * lag, "{values:?} hang on the step");
     }
 }
 
-/// A lag of 1e-5 s is none: the estimate goes to its bound, and is no number that the step has made.
+/// A lag of 1e-5 s counts as none: the estimate goes to its bound, whatever the step.
 #[test]
 fn a_lag_of_no_time_goes_to_its_bound() {
     for longest_step in [0.1, 0.03] {
@@ -303,8 +309,8 @@ fn a_lag_of_no_time_goes_to_its_bound() {
     }
 }
 
-/// A log that begins 0.23 s after a step that the late vehicle has not felt: what is logged before the command can be known
-/// takes no part in a fit.
+/// If a log begins 0.23 s after a step whose effect is still delayed, the samples before the
+/// command is known take no part in the fit.
 #[test]
 fn a_fit_leaves_out_what_commands_of_before_the_log_do() {
     let whole = run(0.5, 0.002, 0.0);
@@ -320,7 +326,7 @@ fn a_fit_leaves_out_what_commands_of_before_the_log_do() {
     let found = fit(&Campaign::from_runs(file, vec![part]).unwrap(), FitOptions::default()).unwrap();
     for (parameter, truth) in found.parameters.iter().zip([MASS, DRAG, 0.5]) {
         let std = parameter.std.unwrap();
-        // three deviations; half a second of a wrong push would put the mass some fifty off
+        // three standard deviations; half a second of a wrong force would shift the mass by about fifty
         assert!((parameter.value - truth).abs() < 3.0 * std, "{}: {} ± {std}", parameter.name, parameter.value);
     }
 }

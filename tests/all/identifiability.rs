@@ -1,5 +1,5 @@
-//! What a fit says of itself: parameters that the data cannot tell apart, halves that differ, terms that do not matter,
-//! and inertia that follows the amplitude.
+//! Diagnostics of a fit: parameters that the data cannot distinguish, halves of the data that
+//! differ, terms without effect, and an inertia that depends on the amplitude.
 
 use std::path::Path;
 
@@ -48,7 +48,7 @@ fn a_good_campaign_gives_no_reason_to_doubt() {
         assert!(!codes(&fit).contains(&code), "{:?}", fit.warnings);
     }
     assert_eq!(known.parameters.len(), 9);
-    // shares are of one balance each, and surge has no term but its own three and the Coriolis term
+    // the shares of one balance; surge has its own three terms and the Coriolis term
     let surge: f64 = known.parameters.iter().filter(|p| p.term.ends_with("@surge")).filter_map(|p| p.force_share).sum();
     assert!((0.5..=1.0 + 1e-9).contains(&surge), "{surge}");
     for p in &known.parameters {
@@ -61,7 +61,8 @@ fn a_good_campaign_gives_no_reason_to_doubt() {
     assert_eq!(json["identifiability"]["parameters"][0]["term"], "inertia@surge");
 }
 
-/// One constant thrust gives one speed: three laws of drag are one number there.
+/// A run with thrust of one sign covers a narrow range of speeds, in which laws of drag cannot be
+/// distinguished: at least two of the three are named as a group.
 #[test]
 fn laws_of_drag_at_nearly_one_speed_are_named_as_a_group() {
     let made = sailed(&[], 4);
@@ -97,7 +98,8 @@ fn a_thruster_that_fails_makes_the_halves_differ() {
     assert!(halves.iter().any(|f| f.message.contains("surge")), "{:?}", fit.warnings);
 }
 
-/// Munk's moment is in the runs and not in the model: that more is missing is said first, and no inertia takes the blame.
+/// If the runs have a Munk moment and the model does not, the warning that something is missing
+/// comes first, and a finding on the inertia does not propose an effect of its own.
 #[test]
 fn a_model_far_from_the_data_is_told_so_before_anything_else() {
     let lame = BASELINE.replace(", 'coriolis_yaw'", "");
@@ -125,7 +127,7 @@ fn a_closer_look_at_a_model_that_runs_away_leaves_the_fit_as_it_is() {
     let lame = BASELINE.replace(", 'coriolis_yaw'", "");
     let made = campaign(train(&sailed(&[], 4)), &lame);
     let mut fit = fitted(&made);
-    // a drag in yaw that drives the vehicle round
+    // a negative drag in yaw, with which the model diverges
     let drag = fit.model.parameter("quadratic_drag@yaw", "k_r|r|").expect("it is in the model");
     fit.model.parameters[drag].value = -1e5;
     campaign::examine(&made, &mut fit).expect("the fit stands");
@@ -153,7 +155,7 @@ fn free_coriolis_terms_are_shown_beside_the_masses_and_do_no_work() {
 fn inertia_that_grows_with_the_amplitude_is_found_and_the_effect_proposed() {
     let hidden = Hidden::new("added_mass_amplitude@surge", 1.0);
     let made = sailed(&[hidden], 6);
-    // all nine runs, so that several amplitudes are there
+    // all nine runs, for several amplitudes
     let runs: Vec<Run> = made.runs.iter().map(|run| Run { role: Role::Train, ..run.clone() }).collect();
     let fit = fitted(&campaign(runs.clone(), BASELINE));
     let known = fit.identifiability.as_ref().expect("output error tells it");
@@ -161,13 +163,13 @@ fn inertia_that_grows_with_the_amplitude_is_found_and_the_effect_proposed() {
     assert!(surge.runs.len() >= 3 && surge.p_value < 1e-3, "{surge:?}");
     assert!(surge.runs.iter().all(|r| r.std > 0.0 && r.added_mass_coefficient.is_some()));
     let truth = made.truth.value("added_mass_amplitude@surge").expect("it is hidden there");
-    // a line through estimates of runs: within four of its deviations of the truth
+    // the slope of a line through the estimates of the runs, within four of its standard deviations
     assert!((surge.slope - truth).abs() < 4.0 * surge.slope_std, "{} ± {}, {truth}", surge.slope, surge.slope_std);
     let told = fit.warnings.iter().find(|f| f.code == "M125").expect("it is said");
     assert!(told.message.contains("added_mass_amplitude@surge"), "{}", told.message);
     let better = fitted(&campaign(runs, &BASELINE.replace("]", ", 'added_mass_amplitude@surge']")));
     assert!(!codes(&better).contains(&"M125"), "{:?}", better.warnings);
-    // a run of another amplitude is warned of when the model is used
+    // using the model at another amplitude raises a warning
     let mut wide = campaign(train(&made), BASELINE);
     for signal in ["KC_u"] {
         for run in &mut wide.runs {
@@ -194,11 +196,12 @@ fn a_campaign_plans_its_own_next_runs() {
     let plan = campaign::plan(&PlanSource::of_fit(&loaded, &fit), &request, &|| {}).unwrap_or_else(|e| panic!("{e}"));
     assert!(!plan.runs.is_empty());
     assert!(plan.warnings.iter().any(|f| f.code == "P201"), "limits are those of the runs: {:?}", plan.warnings);
-    // noise of the sensors is that of the fit: 5 mm/s
+    // the noise of the sensors is the one that the fit estimated: 5 mm/s
     assert!((plan.sensors["u"].noise / 0.005 - 1.0).abs() < 0.1 && (plan.sensors["u"].rate - 10.0).abs() < 1e-6);
 }
 
-/// The same campaign by integral least squares on windows of a second: what its covariance says, and what further fits do.
+/// For integral least squares on windows of 1 s, identifiability follows from the covariance;
+/// halves of the data and longer windows follow from the further fits of `examine`.
 #[test]
 fn a_fit_by_rows_says_what_its_data_can_tell() {
     let mut loaded = campaign(train(&sailed(&[], 4)), BASELINE);
@@ -210,7 +213,7 @@ fn a_fit_by_rows_says_what_its_data_can_tell() {
     for p in &known.parameters {
         assert!(p.inflation >= 1.0 - 1e-9 && p.force_share.is_some() && p.first_half.is_none(), "{p:?}");
     }
-    // linear and quadratic drag of one degree of freedom resemble each other, which the inertia in yaw does not
+    // linear and quadratic drag of one degree of freedom are correlated, the inertia in yaw is not
     let inflation = |term: &str| known.parameters.iter().find(|p| p.term == term).map_or(0.0, |p| p.inflation);
     assert!(inflation("linear_drag@surge") > 2.0 && inflation("inertia@yaw") < 2.0, "{:?}", known.parameters);
     campaign::examine(&loaded, &mut fit).unwrap_or_else(|e| panic!("{e}"));
@@ -246,18 +249,18 @@ fn refits_are_those_of_the_estimator_that_was_asked() {
         campaign::resample(&loaded, Estimator::Integral, Resampler::Bootstrap, draws).unwrap_or_else(|e| panic!("{e}"))
     };
     let found = drawn(60);
-    // a draw without the stretches that show one of them has no solution
+    // a draw without the stretches that excite a parameter has no solution
     assert!(found.draws >= 55 && found.draws + found.failed == 60 && found.parameters.len() == 9, "{found:?}");
     for one in &found.parameters {
         let told = fit.parameters.iter().find(|p| p.name == one.name).expect("it was fitted");
         assert_eq!(one.value.to_bits(), told.value.to_bits(), "{}", one.name);
-        // a dozen stretches and 60 draws: either deviation is known to some 30 %
+        // with a dozen stretches and 60 draws, each of the two standard deviations is known to about 30 %
         let ratio = one.std / told.std.expect("it has one");
         assert!((0.3..3.0).contains(&ratio), "{}: {ratio}", one.name);
         assert!(one.interval[0] < one.mean && one.mean < one.interval[1], "{one:?}");
     }
     assert_eq!(drawn(5), drawn(5), "the same seed");
-    // made by the fitted model: white noise, which rows of ten samples bear, and no effect that the model lacks
+    // data from the fitted model: white noise, which rows of ten samples average, and no missing effect
     let made =
         campaign::resample(&loaded, Estimator::Integral, Resampler::MonteCarlo, 60).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((made.draws, made.failed, made.parameters.len()), (60, 0, 9));
@@ -265,7 +268,7 @@ fn refits_are_those_of_the_estimator_that_was_asked() {
         let told = fit.parameters.iter().find(|p| p.name == one.name).expect("it was fitted");
         let ratio = one.std / told.std.expect("it has one");
         assert!((0.3..3.0).contains(&ratio), "{}: {ratio}", one.name);
-        // noise in the columns pulls at the estimates: that is what such data is made for
+        // noise in the regressors biases the estimates, which this method is meant to show
         assert!((one.mean - one.value).abs() < 5.0 * one.std + 0.1 * one.value.abs(), "{one:?}");
     }
 }

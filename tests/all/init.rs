@@ -1,4 +1,4 @@
-//! `init` on logs as pilots write them: a folder that the other verbs take, every guess marked.
+//! `init` on logs as pilots record them makes a folder that the other verbs read, with every guess marked.
 #![cfg(feature = "cli")]
 
 mod guesses;
@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A folder of its own, removed at the end.
+/// A folder for one test, removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -49,7 +49,7 @@ fn succeeds(arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Codes of what `check` finds, with the verdict.
+/// Verdict of `check`, and the codes of its findings.
 fn checked(folder: &Folder) -> (String, Vec<String>) {
     let json = folder.path("check.json");
     run(&["check", &folder.path("made"), "--json", &json, "--force"]);
@@ -59,20 +59,21 @@ fn checked(folder: &Folder) -> (String, Vec<String>) {
     (check["verdict"].to_string(), found.filter_map(|f| f["code"].as_str().map(str::to_string)).collect())
 }
 
-/// Time, command and motion of `m u̇ + d u + q u|u| = F`, `I ṙ + e r = N` under two thrusters, by fine Euler steps.
+/// Time, commands and motion of `m u̇ + d u + q u|u| = F`, `I ṙ + e r = N` under two thrusters, by
+/// Euler steps of 1 ms.
 fn swim(seconds: f64, seed: f64) -> Vec<[f64; 7]> {
     let (dt, mut rows) = (0.001, Vec::new());
     let (mut u, mut r, mut psi, mut north, mut east) = (0.0_f64, 0.0_f64, 1.0_f64, 0.0_f64, 0.0_f64);
     for k in 0..(seconds / dt) as usize {
         let t = k as f64 * dt;
-        // steps of 3 s, of a sequence without period
+        // steps of 3 s, in a sequence without a period
         let step = (t / 3.0).floor();
         let left = 60.0 * (step * 1.7 + seed).sin();
         let right = 60.0 * (step * 2.3 + 1.0 + seed).sin();
         if k % 100 == 0 {
             rows.push([t, left, right, u, r, psi, north]);
         }
-        // thrust of a T200 at 16 V, which is what `init` takes where nobody says another, 0.2 m off the centre line
+        // thrust of a T200 at 16 V, the default of `init`, 0.2 m off the centre line
         let force = |c: f64| {
             let w = ((c / 100.0).abs() - 0.074).max(0.0);
             if c > 0.0 { 36.3 * w * w + 23.3 * w } else { -(25.0 * w * w + 20.7 * w) }
@@ -125,13 +126,13 @@ fn a_pilots_log_becomes_a_campaign_that_fits() {
     ] {
         assert!(text.contains(said), "{said} is not in\n{text}");
     }
-    // each option and column that was guessed has its reason on the line before
+    // each guessed option and column has its reason on the line before
     for line in ["delimiter = ", "time_unit = ", "psi = ", "V1 = ", "input = \"hold\""] {
         let at = text.find(&format!("\n{line}")).unwrap_or_else(|| panic!("{line}\n{text}"));
         let before = text[..at].lines().last().unwrap_or_default();
         assert!(before.starts_with("# guessed: "), "{before}");
     }
-    // the folder stands for its campaign.toml
+    // the folder means the campaign.toml in it
     succeeds(&["check", &place]);
     let json = folder.path("fit.json");
     succeeds(&["fit", &place, "--json", &json]);
@@ -140,7 +141,7 @@ fn a_pilots_log_becomes_a_campaign_that_fits() {
         let all = fit["parameters"].as_array().expect("a list").clone();
         all.iter().find(|p| p["effect"] == effect && p["dof"] == dof).and_then(|p| p["value"].as_f64()).expect("there")
     };
-    // Euler steps of 1 ms of a motion with time constants of some seconds: errors of some 1e-4
+    // Euler steps of 1 ms with time constants of some seconds cause errors of about 1e-4
     for (effect, dof, truth) in [
         ("inertia", "surge", 60.0),
         ("inertia", "yaw", 6.0),
@@ -188,7 +189,7 @@ fn files_of_one_dive_are_joined_on_their_clocks() {
     succeeds(&["check", &place, "--json", &json]);
     let check: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
     let seconds = check["logs"][0]["duration"].as_f64().expect("a number");
-    // 40 s of one clock, not three logs that each begin at 0 after one another
+    // 40 s on one clock, not three logs one after the other
     assert!((seconds - 39.9).abs() < 0.1, "{seconds}");
 }
 
@@ -217,7 +218,7 @@ fn it_writes_whatever_the_log_is() {
     assert_eq!(run(&["init", &folder.path("none.csv"), "-o", &folder.path("x")]).status.code(), Some(2));
 }
 
-/// A log that is not read is told where it is seen, and not only in the file.
+/// A log that cannot be read is reported on standard error, not only in the file.
 #[test]
 fn a_log_that_is_not_read_is_told() {
     let folder = Folder::new("unread");
@@ -226,7 +227,7 @@ fn a_log_that_is_not_read_is_told() {
     let output = run(&["init", &log, "-o", &folder.path("made")]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(told.contains("not read: ") && told.contains("dive.BIN") && told.contains("Python package"), "{told}");
-    // what is left says neither that there is nothing to learn nor that it can be checked
+    // standard output claims neither that nothing can be learned nor that the campaign can be checked
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(told.contains("no log could be read") && !told.contains("hydrosysid check"), "{told}");
     let campaign = fs::read_to_string(folder.path("made/campaign.toml")).expect("it is written");
@@ -239,7 +240,7 @@ fn a_log_that_is_not_read_is_told() {
     assert!(told.contains("this is an ArduPilot DataFlash log, and a campaign file is wanted"), "{told}");
 }
 
-/// A log in another format is named by its first bytes in every verb, and a CSV is one whatever it is called.
+/// Every verb recognises a log in another format by its first bytes, and a CSV file under any name.
 #[test]
 fn formats_are_known_by_their_first_bytes_in_every_verb() {
     let folder = Folder::new("bytes");
@@ -278,9 +279,7 @@ fn formats_are_known_by_their_first_bytes_in_every_verb() {
     assert_eq!(absent.status.code(), Some(2));
 }
 
-/// Turns a minute of one propeller mean one thrust in all logs: by the greatest of all of them, by `full_rpm` of the
-/// vehicle, by the scale that somebody has said.
-/// What stands on stderr, and the campaign.
+/// Standard error of `init` on one log, and the campaign that it writes.
 fn scaffolded(name: &str, log: &str) -> (String, String) {
     let folder = Folder::new(name);
     let log = folder.write("log.csv", log);
@@ -315,6 +314,8 @@ fn pressure_is_depth_and_what_nothing_commands_is_told() {
     assert!(told.contains("no degree of freedom moves under a command") && told.contains("tau_u"), "{told}");
 }
 
+/// Revolutions per minute of one propeller have the same scale in all logs: by the largest of all
+/// of them, by `full_rpm` of the vehicle, or by the given scale.
 #[test]
 fn turns_are_scaled_alike_in_all_logs() {
     let folder = Folder::new("turns");
@@ -335,7 +336,7 @@ fn turns_are_scaled_alike_in_all_logs() {
         let runs = table["run"].as_array().expect("runs").iter().filter_map(|run| own(run.get("log")?));
         table.get("log").and_then(own).into_iter().chain(runs).collect()
     };
-    // the greatest command is a little below the amplitude of the sine
+    // the largest command is a little below the amplitude of the sine
     let greatest = swim(30.0, 0.0).iter().fold(0.0, |m: f64, row| m.max(row[1].abs())) * 1000.0 / 60.0;
     for (name, more, wanted) in [
         ("guessed", &[][..], 1.0 / greatest),
@@ -344,13 +345,14 @@ fn turns_are_scaled_alike_in_all_logs() {
     ] {
         let found = scales(name, more);
         assert!(!found.is_empty(), "{name}");
-        // the log rounds to 0.1 turns of a thousand
+        // the log is rounded to 0.1 rpm of 1000
         found.iter().for_each(|scale| assert!((scale / wanted - 1.0).abs() < 2e-4, "{name}: {found:?} and {wanted}"));
         succeeds(&["check", &folder.path(name)]);
     }
 }
 
-/// What is published of a vehicle stands in the campaign as priors that load once their marks are off.
+/// Published parameters of a vehicle are written into the campaign as commented priors, which are
+/// valid once the comment marks are removed.
 #[test]
 fn published_parameters_are_priors_that_load() {
     let folder = Folder::new("priors");
@@ -371,7 +373,7 @@ fn published_parameters_are_priors_that_load() {
         .filter(|line| ["# [[parameter]]", "# effect", "# value", "# std"].iter().any(|mark| line.starts_with(mark)))
         .map(|line| format!("{}\n", line.trim_start_matches("# ")))
         .collect();
-    // surge and sway have a linear or a quadratic drag published, and inertias; von Benzon et al. (2022)
+    // published are inertias and linear or quadratic drag in surge and sway; von Benzon et al. (2022)
     assert!(bare.contains("effect = \"inertia@surge\"   # m_u\nvalue = 19.86\nstd = 5.96"), "{bare}");
     assert!(bare.contains("effect = \"quadratic_drag@sway\""), "{bare}");
     fs::write(&file, format!("{campaign}\n{bare}")).expect("it can be written");
@@ -382,7 +384,7 @@ fn published_parameters_are_priors_that_load() {
     assert!(parameters.iter().any(|p| p["effect"] == "quadratic_drag" && p["dof"] == "sway"), "{parameters:?}");
 }
 
-/// Where two columns could be one channel the other stands below the guess.
+/// If two columns could be one channel, the alternative is written below the guess.
 #[test]
 fn a_doubtful_guess_has_its_choices_beside_it() {
     let folder = Folder::new("choices");
@@ -426,7 +428,7 @@ fn bolts_poses_load_without_velocities() {
         .map(|name| bolt.join(name).display().to_string())
         .collect();
     let folder = Folder::new("bolt");
-    // thrusters and dry figures as the campaign beside the data has them
+    // thrusters and mass properties as in the campaign that comes with the data
     let campaign = fs::read_to_string(bolt.join("campaign.toml")).expect("it can be read");
     let from = campaign.find("[vehicle]").expect("a table");
     let (model, thruster, runs) = (

@@ -1,12 +1,13 @@
-//! What a fit says of an effect that predictions seconds ahead are too coarse to see.
+//! Warnings of a fit on a missing effect that is too small to show in predictions some seconds ahead.
 
 use std::path::PathBuf;
 
 use hydrosysid::campaign::{self, Campaign, Fit, FitOptions, LoadOptions};
 use hydrosysid_plant::{Campaign as Sea, Dof, RandomForce, Suite, Vehicle};
 
-/// A fit of a fresh campaign of the large vehicle under a force of 2 %, its gyro behind a low pass of so many seconds, with
-/// the effects `more` in its model; and by how much the yaw inertia is off, with its deviation, kg·m².
+/// A fit of a campaign of the large vehicle with a random force of 2 %, a low-pass filter of
+/// `gyro_filter` s in its gyro, and the effects `more` in its model; and the error and the standard
+/// deviation of the yaw inertia, kg·m².
 fn fitted(name: &str, gyro_filter: f64, more: &str) -> (Fit, f64, f64) {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Dof::PLANE);
     sea.instruments = Suite { gyro_filter, ..Suite::default() }.instruments(&Dof::PLANE);
@@ -29,8 +30,10 @@ fn says_so(fit: &Fit) -> bool {
     fit.warnings.iter().any(|w| w.code == "M144") && fit.sentence.contains("lacks an effect") && fit.may_lack()
 }
 
-/// 50 ms move the yaw inertia by more than three of the deviations that it has with the effect in the model, while predictions 8 s
-/// ahead err as they should: that is said, and its deviation holds it. With the effect in the model it is right, and nothing is said.
+/// A gyro filter of 50 ms shifts the yaw inertia by more than three of the standard deviations that
+/// it has with the effect in the model, while predictions 8 s ahead err as expected. The fit warns
+/// of it, and the reported standard deviation covers the shift. With the effect in the model the
+/// inertia is right, and there is no warning.
 #[test]
 fn a_gyro_behind_a_low_pass_is_told_though_predictions_err_as_expected() {
     let (fit, off, std) = fitted("late", 0.05, "");
@@ -48,8 +51,9 @@ fn of_a_model_that_lacks_nothing_nothing_is_said() {
     assert!(off.abs() < 3.0 * std && !says_so(&fit), "{off} ± {std}, {}", fit.sentence);
 }
 
-/// Without a random force the unstable vehicle leaves its straight course by what it had at the beginning alone. To scores that
-/// looks like a friction near rest (z = 4.6 in the mean of such logs), to a refit it does not.
+/// Without a random force, the unstable vehicle leaves its straight course only because of its
+/// initial state. In the scores this looks like friction near rest (z = 4.6 on average over such
+/// logs), in a refit it does not; so there is no warning.
 #[test]
 fn what_an_unknown_beginning_does_is_no_friction() {
     for seed in [8_300, 8_301, 8_302] {
@@ -65,8 +69,9 @@ fn what_an_unknown_beginning_does_is_no_friction() {
     }
 }
 
-/// Sensors whose noise is AR(1) beside a random force of 5 % over 2 s: in each of these logs a force over a twentieth of a second
-/// and a velocity with little noise explained the sway nearly as well, and a constant force was named that was none.
+/// Sensor noise that is AR(1) is not taken for a force. With a random force of 5 % and 2 s, in each
+/// of these logs a force of 0.05 s and a velocity with little noise explained the sway nearly as
+/// well, and a constant force was named that did not exist.
 #[test]
 fn a_force_is_not_the_colour_of_its_sensor() {
     for (vehicle, duration, seed) in [("laurs", 30.0, 3_051), ("laurs", 30.0, 9_106)] {
@@ -80,7 +85,7 @@ fn a_force_is_not_the_colour_of_its_sensor() {
         let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
         let force = &fit.noise.as_ref().expect("filter error finds it").force;
         assert!(fit.converged && !says_so(&fit), "{seed}: {}", fit.sentence);
-        // the time of a force of 30 s runs is known to a factor of two
+        // from runs of 30 s the correlation time of a force is known to a factor of two
         assert!(force.len() == 3 && force.iter().all(|f| f.correlation_time > 0.5), "{seed}: {force:?}");
     }
 }

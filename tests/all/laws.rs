@@ -1,4 +1,4 @@
-//! Laws that every effect of the catalogue obeys, whatever it is: read from its formulas alone.
+//! Laws that every effect of the catalogue must obey; they are checked on its formulas.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use proptest::prelude::*;
 
 mod galilei;
 
-/// Ids of the catalogue that users and other programs know.
+/// Ids of the catalogue that users and other programs use.
 const IDS: [&str; 62] = [
     "inertia",
     "added_mass_coupling",
@@ -89,8 +89,9 @@ fn velocity(i: usize) -> Dimension {
     if i < 3 { Dimension::VELOCITY } else { Dimension::RATE }
 }
 
-/// Leaves of the instant: state 0 to 5 is ν, 6 to 11 η, 12 on memory; input 0 the time, 1 to 6 the commands,
-/// 7 to 12 the total momentum, 13 on the channels.
+/// An instant whose quantities are leaves of the graph: states 0 to 5 are ν, 6 to 11 η, from 12 on
+/// the memories; input 0 is the time, inputs 1 to 6 the commands, 7 to 12 the total momentum, from
+/// 13 on the channels.
 fn instant<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Instant<'g> {
     let state = |k: usize, dimension| graph.leaf(Leaf::State(k as u16), dimension);
     let input = |k: usize, dimension| graph.leaf(Leaf::Input(k as u16), dimension);
@@ -116,7 +117,7 @@ fn instant<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Instant<'
     }
 }
 
-/// Everything that an effect says at an instant, in one list per hook.
+/// All formulas of an effect at an instant, by method of the effect.
 struct Said<'g> {
     momentum: Six<'g>,
     wrench: Six<'g>,
@@ -149,7 +150,7 @@ fn say<'g>(effect: &dyn Effect, place: Place, at: &Instant<'g>) -> Said<'g> {
 }
 
 impl<'g> Said<'g> {
-    /// Every formula with its dimension as it has to be.
+    /// Every formula with the dimension that it must have.
     fn formulas(&self) -> Vec<(Expr<'g>, Dimension)> {
         let mut all = Vec::new();
         for i in 0..6 {
@@ -171,7 +172,7 @@ impl<'g> Said<'g> {
     }
 }
 
-/// The catalogue, with thrusters in it that push everywhere.
+/// The catalogue, with effects of single thrusters for two thrusters that act in all degrees of freedom.
 fn with_thrusters(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
     let thruster = |name: &str, channel: &str, wrench| SingleThruster {
         name: name.into(),
@@ -224,11 +225,12 @@ fn reader<'a>(x: &'a [f64], input: &'a [f64], theta: &'a [f64]) -> impl Fn(Leaf)
     }
 }
 
-/// A state whose velocities, positions and angles are all positive and differ.
+/// A state with velocities, positions and angles that are all positive.
 const STATE: [f64; 18] = [0.9, 0.4, 0.3, 0.2, 0.15, 0.25, 3.0, 2.0, 5.0, 0.1, 0.2, 0.7, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 const INPUT: [f64; 16] = [1.7, 40.0, -12.0, 9.0, 3.0, -2.0, 5.0, 80.0, 30.0, 20.0, 4.0, 3.0, 2.0, 0.9, 0.4, 0.3];
 
-/// Campaign files and models of users hold these ids: none goes, and a new effect takes none of them.
+/// No id of [`IDS`] is removed, because campaign files and models of users contain them, and no id
+/// is used twice.
 #[test]
 fn the_catalogue_holds_every_id_once() {
     let found: Vec<String> = catalogue(Coriolis::Tied).iter().map(|e| e.about().id.to_string()).collect();
@@ -295,7 +297,8 @@ fn law_linear_parameters_enter_linearly() {
     });
 }
 
-/// The absent effect changes no bit that matters: 4 ε for τ + θ·τ and the like.
+/// At the neutral values of its parameters an effect changes nothing; the tolerance of 4 ε is for
+/// formulas like τ + θ·τ.
 #[test]
 fn law_neutral_parameters_mean_no_effect() {
     everywhere(&|name, effect, place| {
@@ -304,8 +307,9 @@ fn law_neutral_parameters_mean_no_effect() {
         let said = say(effect, place, &at);
         let specs = effect.parameters(place);
         let any_linear = specs.iter().any(ParameterSpec::is_linear);
-        // a lag and a delay are absent in the limit: what they carry in steady motion is the signal itself; a position moves
-        // in steady motion, so that it is in time only where its delay is nothing
+        // lags and delays vanish only in the limit; in steady motion their output is the signal
+        // itself, except for a delayed position, which changes in steady motion and therefore needs
+        // a vanishing delay
         let theta: Vec<f64> = specs
             .iter()
             .map(|s| match () {
@@ -369,13 +373,14 @@ fn law_the_same_instant_gives_the_same_value() {
     });
 }
 
-/// SNAME counts forces on the right-hand side: where a parameter bears SNAME's name, its value is minus SNAME's.
+/// A parameter with an SNAME name has the opposite sign, as SNAME derivatives are forces on the
+/// right-hand side.
 #[test]
 fn law_sname_names_have_the_other_sign() {
     let theta = [0.0; 4];
     everywhere(&|name, effect, place| {
         let graph = Graph::new();
-        // every product of velocities is positive, and motion is astern where a term acts only there
+        // every product of velocities is positive; the motion is astern for a term that acts only astern
         let asymmetric = effect.about().id == "drag_asymmetry";
         let state = STATE.map(|x| if asymmetric { -x } else { x });
         let said = say(effect, place, &instant(&graph, effect, place));
@@ -394,8 +399,8 @@ fn effect_of(id: &str) -> Arc<dyn Effect> {
     catalogue(Coriolis::Tied).into_iter().find(|e| e.about().id == id).expect("the catalogue has this id")
 }
 
-/// Whether an effect takes energy from the motion by what it says of itself: a force of one parameter, without memory, by
-/// velocities, that may not be below 0.
+/// Whether an effect declares itself dissipative: a drag, or a force of the environment that is not
+/// tied to the ground, with one parameter that may not be negative.
 fn takes_power(effect: &dyn Effect, place: Place) -> bool {
     let model = Model::new(&Dof::ALL, Coriolis::Tied);
     let resists = match nature_at(effect, place, &model) {
@@ -407,7 +412,7 @@ fn takes_power(effect: &dyn Effect, place: Place) -> bool {
     resists && parameters.len() == 1 && parameters[0].least >= 0.0
 }
 
-/// The drags of the catalogue are asked by what they are, and none is forgotten.
+/// [`takes_power`] selects the drags of the catalogue by their nature, and misses none.
 #[test]
 fn the_drags_are_known_by_what_they_are() {
     let all = catalogue(Coriolis::Tied);
@@ -420,9 +425,9 @@ fn the_drags_are_known_by_what_they_are() {
     }
 }
 
-/// A formula that is written with a minus is coded with one: where all that it reads is positive, a positive parameter makes
-/// a negative force. SNAME's names show a wrong sign of those that have one; this shows it of the others, weights and
-/// righting moments among them.
+/// The sign of a force is that of its written formula: for positive arguments, a formula with a
+/// minus gives a negative force for a positive parameter. The law on SNAME names checks the sign of
+/// effects with such a name; this one also checks the others, such as weights and righting moments.
 #[test]
 fn law_the_written_sign_is_the_coded_one() {
     let theta = [0.0; 4];
@@ -440,7 +445,7 @@ fn law_the_written_sign_is_the_coded_one() {
             said.wrench.iter().map(slope).sum()
         };
         let written = if formula.starts_with('−') { -1.0 } else { 1.0 };
-        // what acts astern only is asked there, where it acts the other way
+        // a term that acts only astern is evaluated there, with the opposite sign
         let coded = match force(&STATE) {
             0.0 => -force(&STATE.map(|x| -x)),
             force => force,
@@ -466,7 +471,8 @@ proptest! {
         }
     }
 
-    /// The memory of the water stores k T z²/2 and takes k z²: ν w + d(k T z²/2)/dt = −k z².
+    /// The fluid memory is passive: it stores k T z²/2 and dissipates k z², that is,
+    /// ν w + d(k T z²/2)/dt = −k z².
     #[test]
     fn law_fluid_memory_is_passive(v in -3.0f64..3.0, z in -3.0f64..3.0, k in 0.0f64..300.0, t in 0.1f64..30.0) {
         let effect = effect_of("fluid_memory");
@@ -479,7 +485,7 @@ proptest! {
         let read = reader(&x, &INPUT, &theta);
         let stored = k * t * z * said.memory_rate[0].evaluate(&read);
         let balance = v * said.wrench[0].evaluate(&read) + stored + k * z * z;
-        // a sum of three products of like size, each rounded a few times
+        // a sum of three products of similar size, each rounded a few times
         prop_assert!(balance.abs() <= 1e-13 * (k * (v * v + z * z) + 1e-300));
     }
 }

@@ -1,5 +1,5 @@
-//! Laws of whole models: what the assembled equations conserve, and that the simulator integrates the very balance
-//! that the regressor reads.
+//! Laws of whole models: quantities that the assembled equations conserve, and agreement of the
+//! simulator with the balance that the regressor uses.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ use hydrosysid::simulate::{Track, free_run};
 use hydrosysid::symbolic::{Expr, Graph, Leaf};
 use proptest::prelude::*;
 
-/// Values of one term's wrench, Σᵢ νᵢ wᵢ, in W.
+/// Power Σᵢ νᵢ wᵢ of the wrenches of the chosen terms, W.
 fn power(equations: &Equations<'_>, model: &Model, chosen: &dyn Fn(&str) -> bool, read: &dyn Fn(Leaf) -> f64) -> f64 {
     let nu = |i: usize| read(Leaf::State(i as u16));
     let of = |six: &[Expr<'_>; 6]| (0..6).map(|i| nu(i) * six[i].evaluate(read)).sum::<f64>();
@@ -35,7 +35,7 @@ fn available() -> Available {
 }
 
 proptest! {
-    /// ν·(ν ×* π) = 0: the axes in which momentum is counted do no work. 1e-13 of the terms that cancel.
+    /// Tied Coriolis terms do no work: ν·(ν ×* π) = 0. The tolerance is 1e-13 of the terms that cancel.
     #[test]
     fn law_tied_coriolis_terms_do_no_work(x in prop::array::uniform12(-2.0f64..2.0), m in prop::array::uniform12(1.0f64..900.0)) {
         let model = with(&["inertia", "added_mass_coupling@surge:pitch", "added_mass_coupling@sway:roll",
@@ -54,8 +54,8 @@ proptest! {
         prop_assert!(total.abs() <= 1e-13 * parts.max(1.0), "{total} W of {parts} W");
     }
 
-    /// Restoring forces, trim and the tether's spring have potentials: their power is the rate of one along the motion
-    /// that the kinematics give.
+    /// Restoring forces, trim and the spring of the tether have a potential: their power is minus
+    /// its rate along the motion that the kinematics give.
     #[test]
     fn law_restoring_forces_conserve(nu in prop::array::uniform6(-2.0f64..2.0), at in prop::array::uniform6(-1.2f64..1.2),
                                      net in -200.0f64..200.0, righting in -300.0f64..300.0, k in 0.0f64..50.0) {
@@ -95,12 +95,14 @@ proptest! {
         let h = 1e-4;
         let moved = |by: f64| Dof::ALL.map(|dof| at[dof.index()] + by * rate(dof));
         let lost = (potential(&moved(-h)) - potential(&moved(h))) / (2.0 * h);
-        // central differences: h²/6 times third derivatives of some 1e4 W/s² at rates that tan θ makes up to 10
+        // central differences: h²/6 times third derivatives of about 1e4 W/s², with rates up to 10
+        // because of tan θ
         prop_assert!((found - lost).abs() <= 1e-3 + 2e-6 * found.abs().max(2000.0), "{found} W against {lost} W");
     }
 }
 
-/// Slow sinusoids of different periods in all six, long enough to turn and to go astern.
+/// A run with slow sinusoidal forces of different periods in all six degrees of freedom, long
+/// enough to turn and to go astern.
 fn a_run(seconds: f64, step: f64) -> Run {
     let n = (seconds / step).round() as usize;
     let time: std::sync::Arc<[f64]> = (0..=n).map(|k| step * k as f64).collect();
@@ -159,8 +161,9 @@ fn turn_on(model: &mut Model, name: &str) {
     }
 }
 
-/// The greatest imbalance |π(b) − π(a) − ∫ (w + τ) dt| over the run, in each degree of freedom, relative to ∫ |w + τ| dt;
-/// and the greatest difference of the logged from what the sensors' formulas say of the states.
+/// The largest imbalance |π(b) − π(a) − ∫ (w + τ) dt| over the run and the degrees of freedom,
+/// relative to ∫ |w + τ| dt; and the largest difference between the simulated outputs and the
+/// sensors' formulas of the states.
 fn imbalance(model: &Model, run: &Run, observed: &BTreeSet<String>) -> (f64, f64) {
     let available = available_in(run);
     let dynamics = Dynamics::compile(model, &available, observed, &[]);
@@ -219,9 +222,10 @@ fn available_in(run: &Run) -> Available {
     Available { channels, position: true, ..Available::default() }
 }
 
-/// What the simulator integrates is what the balance says: over 6 s at 200 Hz the trapezoid of a force that changes
-/// within 0.3 s is good to some 1e-5 of it; a dead band, a fault's edge (0.05 s) and a change of direction cost a little
-/// more. A wrong sign or a forgotten term costs 1e-2.
+/// For every effect, the simulator integrates the balance. Over 6 s at 200 Hz, the trapezoid of a
+/// force that changes within 0.3 s has an error of about 1e-5; a dead band, the edge of a fault
+/// (0.05 s) and a change of direction add a little. A wrong sign or a forgotten term would give
+/// 1e-2.
 #[test]
 fn law_round_trip_of_every_effect() {
     let run = a_run(6.0, 0.005);
@@ -229,7 +233,7 @@ fn law_round_trip_of_every_effect() {
         Dof::ALL.iter().flat_map(|d| [d.velocity(), d.position()]).map(String::from).collect();
     for coriolis in [Coriolis::Tied, Coriolis::Free] {
         let all = catalogue(coriolis);
-        // only these differ when they are free
+        // only these differ with free Coriolis terms
         let differ = |id: &str| coriolis == Coriolis::Tied || id.starts_with("coriolis");
         for effect in all.into_iter().filter(|e| differ(e.about().id)) {
             for place in places_of(effect.as_ref(), &Dof::ALL) {
@@ -246,8 +250,8 @@ fn law_round_trip_of_every_effect() {
     }
 }
 
-/// A velocity that is logged and not simulated still carries momentum: the simulator accelerates it as its
-/// interpolation does.
+/// A velocity that is logged and not simulated also has momentum: the simulator takes its
+/// acceleration from the interpolation of the log.
 #[test]
 fn law_round_trip_with_logged_velocities() {
     let mut run = a_run(6.0, 0.005);

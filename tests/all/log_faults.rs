@@ -1,5 +1,5 @@
-//! A log in a wrong unit, sign or frame, or a late sensor, is recognised as such before physics is blamed: the verdict
-//! on the tampered campaign is that on the sound one.
+//! A wrong unit, sign or frame of a log, or a late sensor, is recognised as such and not taken for
+//! a missing effect: the verdict on the tampered campaign is that on the sound one.
 
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ fn discovered(tamper: impl Fn(&mut Run)) -> Option<Discovery> {
     Some(found)
 }
 
-/// One fault of this kind on these channels, and nothing else missing.
+/// Asserts that the discovery names a fault of this kind on these channels, and no missing effect.
 fn is_told(found: &Discovery, kind: &str, channels: &[&str]) {
     let told: Vec<&str> = found.log_findings.iter().map(|f| f.channel.as_str()).collect();
     assert_eq!(told, channels, "{:?}", found.log_findings);

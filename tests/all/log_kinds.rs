@@ -1,4 +1,5 @@
-//! The kinds of bad logs with lines, columns and values of our own, and what must not be called bad.
+//! Bad logs of the kinds of the corpus, with faults at other lines, columns and values, and logs
+//! that must not be called bad.
 
 use crate::swim::Swim;
 use hydrosysid::finding::Finding;
@@ -22,7 +23,7 @@ fn kinds(log: &LogFile) -> Vec<&'static str> {
     log.warnings.iter().map(|w| w.kind).collect()
 }
 
-/// The swim with the cell of line `line` (from 1) and column `column` replaced.
+/// The log of the swim with one cell replaced: line `line` (from 1), column `column`.
 fn with_cell(line: usize, column: usize, cell: &str) -> Vec<u8> {
     let mut lines = Swim::new(10.0, 6.0, 1.0, 1).lines();
     let mut cells: Vec<&str> = lines[line - 1].split(',').collect();
@@ -141,7 +142,7 @@ fn structure_faults_are_named_wherever_they_are() {
         let mut lines = good.clone();
         lines.insert(at, "  ".into());
         let log = read(&join(&lines), "").unwrap();
-        // a blank line straight under the header is between records as well
+        // a blank line directly below the header is between records as well
         assert_eq!((kinds(&log), log.warnings[0].line), (vec!["blank-line"], line));
     }
 }
@@ -217,14 +218,14 @@ fn other_axes_become_ours() {
     let good = read(&join(&Swim::new(10.0, 6.0, 1.0, 1).lines()), "").unwrap();
     let flu = Swim::new(10.0, 6.0, 1.0, 1).change(|row| [2, 3, 5, 6].into_iter().for_each(|i| row[i] = -row[i]));
     let log = read(&join(&flu.lines()), "body_frame = \"flu\"").unwrap();
-    // rounded to six decimals either way, so the same to the bit
+    // both are rounded to six decimals, so they are the same to the bit
     assert_eq!(log.signals, good.signals);
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    // Line ends, byte order mark, quotes, blanks and the order of columns carry no numbers.
+    // Line ends, byte order mark, quotes, blanks and the order of columns do not change the numbers.
     #[test]
     fn law_the_dress_does_not_matter(
         order in Just((0..7).collect::<Vec<usize>>()).prop_shuffle(), end in 0usize..3, mark: bool, quotes: bool,
@@ -251,7 +252,7 @@ proptest! {
         prop_assert!(log.warnings.is_empty());
     }
 
-    // What is written is read back to the bit, whatever the numbers.
+    // A written log is read back to the bit, for any numbers.
     #[test]
     fn law_write_then_read_is_the_same(
         rows in prop::collection::vec(prop::array::uniform6(prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL), 2..20),
@@ -273,7 +274,7 @@ proptest! {
         }
     }
 
-    // Whatever the bytes are, the answer is a log or an error: never a panic, never a value that is not finite.
+    // Any bytes give a log with finite values or an error, never a panic.
     #[test]
     fn law_any_bytes_are_survived(noise in prop::collection::vec((0usize..1400, any::<u8>()), 0..8), cut in 0usize..1400) {
         let mut bytes = join(&Swim::new(10.0, 2.0, 1.0, 7).lines());

@@ -1,4 +1,5 @@
-//! Logs in other formats are named by their first bytes, and nobody is told to cut bytes out of them.
+//! Logs in other formats are recognised by their first bytes, and no message advises to remove
+//! bytes from them.
 
 use hydrosysid::log::{LogOptions, read_from};
 

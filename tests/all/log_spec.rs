@@ -1,5 +1,5 @@
-//! The reader against a plain reading of the rules: a log with any number of faults is refused for the first of them,
-//! a log without any has the numbers that stand in it.
+//! The reader compared with a simple implementation of the rules: a log with faults is refused for
+//! the first of them, and a log without faults gives the numbers in its text.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -7,7 +7,7 @@ use crate::swim::Swim;
 use hydrosysid::log::{LogOptions, PLANAR, read_from};
 use proptest::prelude::*;
 
-/// What is done to a log; line 0 is the header.
+/// A change to a log; line 0 is the header.
 #[derive(Debug, Clone)]
 enum Edit {
     Cell(usize, usize, &'static str),
@@ -101,7 +101,7 @@ fn apply(lines: &mut Vec<String>, edit: &Edit) {
     }
 }
 
-/// A number as INTERFACES has it: decimal point, finite.
+/// A number by the rules: with a decimal point, and finite.
 fn number(cell: &str) -> Result<f64, &'static str> {
     let cell = cell.trim();
     let cell = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"')).unwrap_or(cell).trim();
@@ -113,10 +113,10 @@ fn number(cell: &str) -> Result<f64, &'static str> {
     }
 }
 
-/// The first fault, as kind, line and column, or the rows.
+/// The rows, or the first fault as kind, line and column.
 type Promise = Result<Vec<Vec<f64>>, (&'static str, u64, Option<&'static str>)>;
 
-/// The rules, one after the other: the same width in each row, every cell a finite number, time increasing.
+/// Applies the rules in order: the same width in each row, every cell a finite number, time increasing.
 fn promise(lines: &[String]) -> Promise {
     let (mut rows, mut last) = (Vec::new(), f64::NEG_INFINITY);
     for (k, line) in lines.iter().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty()) {
@@ -158,7 +158,7 @@ proptest! {
             }
             (Err((kind, line, column)), Err(refused)) => {
                 let found = &refused.findings()[0];
-                // of two faults in one row either may be told first
+                // of two faults in one row either may be reported first
                 prop_assert_eq!(found.line, Some(line), "{:?} {:?}", kind, found);
                 let both = refused.findings().iter().any(|f| {
                     (f.kind, f.line, f.column.as_deref()) == (kind, Some(line), column)

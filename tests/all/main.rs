@@ -1,4 +1,5 @@
-//! All integration tests in one binary: linked once, a module a topic. `cargo test --test all NAME` runs those of a topic.
+//! All integration tests in one binary, which is linked once: one module for each topic.
+//! `cargo test --test all NAME` runs those of a topic.
 
 mod exported;
 #[path = "../../benches/tables/findings"]

@@ -1,4 +1,5 @@
-//! A model along new logs, against another model, and published numbers against one's own log.
+//! A model monitored along new logs, compared with another model, and published parameters compared
+//! with a log.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -43,7 +44,7 @@ fn craft(changed: &[(&str, f64)]) -> Model {
     model
 }
 
-/// Normal numbers from a congruential generator: sums of twelve uniform ones.
+/// Nearly normal numbers: sums of twelve uniform ones from a congruential generator.
 struct Noise(u64);
 
 impl Noise {
@@ -57,8 +58,8 @@ impl Noise {
     }
 }
 
-/// A log of `seconds` in which the vehicle is `models[k]` from `models[k].0` seconds on; thrust in surge is `share` of
-/// what is commanded from then on.
+/// A log of `seconds` in which the vehicle is that of `models[k]` from `models[k].0` seconds on;
+/// from then on, thrust in surge is `models[k].2` times the command.
 fn sail(models: &[(f64, Model, f64)], seconds: f64, seed: u64) -> Run {
     let count = (seconds / STEP) as usize;
     let time: Arc<[f64]> = (0..=count).map(|k| STEP * k as f64).collect();
@@ -125,13 +126,13 @@ fn a_payload_is_seen_dated_and_named() {
     let found = watched(sail(&[(0.0, craft(&[]), 1.0), (48.0, heavy, 1.0)], 96.0, 1));
     assert!(!found.fits);
     let surge = found.changes.iter().find(|c| c.dof == Dof::Surge).expect("surge has changed");
-    // dated to a window
+    // dated to within one window of 8 s
     assert!((surge.from - 48.0).abs() < 8.5, "{surge:?}");
     assert!(found.windows.iter().filter(|w| w.to < 47.0).all(|w| !w.off), "nothing before it");
     let first = &found.reasons[0];
     assert!(first.id.contains("inertia@surge") && first.known, "{:?}", found.reasons);
     assert!(first.meaning.contains("payload") && first.explained > 0.9, "{first:?}");
-    // 250 + 90 to first order of a change that is not small
+    // 250 + 90; the estimate is of first order, and the change is not small
     assert!((first.after.expect("a value") - 340.0).abs() < 35.0, "{first:?}");
     assert_eq!(found.warnings[0].code, "W001");
 }
@@ -141,7 +142,7 @@ fn a_failing_thruster_is_told_from_a_payload() {
     let found = watched(sail(&[(0.0, craft(&[]), 1.0), (40.0, craft(&[]), 0.6)], 96.0, 2));
     let change = found.changes.iter().find(|c| c.dof == Dof::Surge).expect("surge has changed");
     assert!((change.from - 40.0).abs() < 8.5, "{change:?}");
-    // the others follow by the Coriolis forces, less
+    // the others change less, by the Coriolis forces
     assert!(found.changes.iter().all(|c| c.times_noise <= change.times_noise), "{:?}", found.changes);
     assert!(found.reasons[0].id.starts_with("thrust"), "{:?}", found.reasons);
     assert!(found.reasons[0].meaning.contains("thrust"));
@@ -181,7 +182,7 @@ fn two_models_of_one_vehicle_agree_and_a_changed_vehicle_is_told_apart() {
     let same = campaign::difference(&spring, &again, names());
     let joint = same.joint.expect("both were estimated");
     assert_eq!(joint.degrees_of_freedom, 9);
-    // 1 in 1000 by chance, of two seeds that are what they are
+    // by chance this fails in 1 of 1000 cases; the seeds are fixed
     assert!(joint.p_value > 1e-3, "{joint:?}");
     let other = campaign::difference(&spring, &fouled, names());
     assert!(other.joint.expect("both were estimated").p_value < 1e-6, "{:?}", other.joint);
@@ -191,7 +192,8 @@ fn two_models_of_one_vehicle_agree_and_a_changed_vehicle_is_told_apart() {
     assert!(other.warnings.iter().any(|w| w.code == "M117" && w.message.contains("quadratic_drag@surge")));
 }
 
-/// A log of thrusters' commands, its columns named otherwise, beside a model file that knows of both: no campaign is asked for.
+/// A new log with commands of thrusters and with renamed columns is read as in the fit, by the
+/// model file alone, without the campaign.
 #[test]
 fn a_new_log_is_read_as_those_of_the_fit_were() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("monitor_alone");
@@ -222,7 +224,7 @@ fn a_new_log_is_read_as_those_of_the_fit_were() {
     let model = known.model(&alone.runs, path).expect("a model that needs no campaign");
     let found = campaign::monitor(&alone, &model, &known.envelope, &MonitorOptions::default()).expect("it is watched");
     assert!(found.watch.fits && !found.watch.windows.is_empty(), "{:?}", found.watch.warnings);
-    // what the thrusters are commanded is what the model is driven by, as in the fit
+    // the commands of the thrusters become the same force as in the fit
     let [there, here] = [&campaign.runs[8], &alone.runs[0]].map(|run| run.signal("tau_u").expect("thrusters make it"));
     assert_eq!(there.values(), here.values());
 }
@@ -235,7 +237,7 @@ fn published_parameters_stand_beside_the_own_ones() {
     let published = Published::parse(sname, path, &campaign).expect("it can be read");
     let found = campaign::compare_published(&campaign, &own, &BTreeMap::new(), &published, path).expect("it compares");
     let of = |term: &str| found.parameters.iter().find(|p| p.effect == term).expect("it is listed").clone();
-    // dry 200 kg and 50 kg added
+    // 200 kg dry mass and 50 kg added mass
     assert_eq!(of("inertia@surge").published, Some(250.0));
     let drag = of("quadratic_drag@surge");
     assert_eq!((drag.published, drag.published_std, drag.sname.as_deref()), (Some(180.0), Some(5.0), Some("X_u|u|")));

@@ -1,4 +1,4 @@
-//! Sensors at their own rates, in one file or in several: nothing is resampled, nothing is read across silence.
+//! Sensors at their own rates, in one file or in several: no channel is resampled, and no gap is bridged.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -14,14 +14,15 @@ use hydrosysid::log;
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::tank::{BlindOptions, blind};
 
-/// Sensors with their own rates share a file; position and speed are their own measurements.
+/// Options for sensors with their own rates in one file, and for position and speed that are
+/// measured independently.
 const LOG: &str = r#"[log]
 missing = "no_sample"
 position_source = "independent"
 velocity_reference = "ground"
 "#;
 
-/// An empty folder of this test's own.
+/// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("multirate_{name}"));
     let _ = fs::remove_dir_all(&folder);
@@ -29,7 +30,8 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Which rows a sensor samples of a log at 100 Hz: every `step`-th from `first`, but none from `silent.0` to `silent.1` s.
+/// Rows of a log at 100 Hz that a sensor samples: every `step`-th from `first`, but none from
+/// `silent.0` to `silent.1` s.
 #[derive(Clone, Copy)]
 struct Sensor {
     columns: &'static [usize],
@@ -42,10 +44,12 @@ const NEVER: (f64, f64) = (1.0, 0.0);
 const ALL: [Sensor; 1] = [Sensor { columns: &[1, 2, 3, 4, 5, 6], step: 5, first: 0, silent: NEVER }];
 const DVL: Sensor = Sensor { columns: &[1, 2], step: 20, first: 3, silent: NEVER };
 const GYRO: Sensor = Sensor { columns: &[3], step: 5, first: 1, silent: NEVER };
-/// At 25 Hz the straight line between two samples of the fastest command is short of its sine by one in ten thousand.
+/// At 25 Hz, straight lines between the samples of the fastest command differ from its sine by one
+/// in ten thousand.
 const COMMAND: Sensor = Sensor { columns: &[4, 5, 6], step: 4, first: 0, silent: NEVER };
 
-/// The log of these sensors on one clock, `ahead` s ahead; cells are empty where a sensor has no sample.
+/// The log of these sensors on one clock that is `ahead` s fast; cells are empty where a sensor has
+/// no sample.
 fn file(rows: &[[f64; 7]], sensors: &[Sensor], ahead: f64) -> String {
     let names = log::PLANAR;
     let columns: Vec<usize> = sensors.iter().flat_map(|s| s.columns).copied().collect();
@@ -102,14 +106,16 @@ fn own_rates_give_the_parameters_of_one_rate() {
     assert_eq!([samples("u"), samples("r"), samples("tau_u")], [300, 1200, 1501]);
     let [a, b] = [&one, &many].map(|c| estimates(&fit(c, Estimator::OutputError)));
     for (k, (a, b)) in a.iter().zip(&b).enumerate() {
-        // three standard deviations of the difference, nine times: missed by chance once in forty
+        // three standard deviations of the difference for nine parameters: by chance this fails
+        // once in forty cases
         let within = 3.0 * a.1.hypot(b.1);
         assert!((a.0 - b.0).abs() < within, "parameter {k}: {a:?} at one rate, {b:?} at own rates");
         assert!((b.0 - TRUTH[k]).abs() < 4.0 * b.1, "parameter {k}: {b:?}, truth {}", TRUTH[k]);
     }
 }
 
-/// Integral least squares takes the noise of the velocity for motion; without it only the trapezoid is left.
+/// The rows of integral least squares begin and end at the samples of their own sensor. The log has
+/// no noise, which would bias the estimates; only the error of the trapezoid remains.
 #[test]
 fn integral_rows_stand_on_the_stamps_of_their_own_sensor() {
     let folder = folder("integral");
@@ -121,7 +127,8 @@ fn integral_rows_stand_on_the_stamps_of_their_own_sensor() {
         assert_eq!(columns.rows(), rows, "{dof}");
     }
     for (k, (value, _)) in estimates(&fit(&many, Estimator::Integral)).into_iter().enumerate() {
-        // steps of 0.2 s under motion at up to 1.3 rad/s: (ωh)²/12 = 0.6 %, drag being the small part of the balance
+        // steps of 0.2 s with motion up to 1.3 rad/s: (ωh)²/12 = 0.6 % of the balance, and more of
+        // the drag, which is a small part of the balance
         assert!((value / TRUTH[k] - 1.0).abs() < 0.02, "parameter {k}: {value}, truth {}", TRUTH[k]);
     }
 }
@@ -138,19 +145,19 @@ fn several_files_with_their_clocks_are_one_run() {
     for (name, signal) in &together.runs[0].signals {
         let other = &apart.runs[0].signals[name];
         assert_eq!(signal.values(), other.values(), "{name}");
-        // a stamp is rounded when the offset is added: one unit in the last place of 30 s
+        // adding the offset rounds a time stamp: one unit in the last place of 30 s
         let close = |(a, b): (&f64, &f64)| (a - b).abs() < 4e-15 * 30.0;
         assert!(signal.time().iter().zip(other.time()).all(close), "{name}");
     }
     for estimator in [Estimator::OutputError, Estimator::Integral] {
         let (a, b) = (estimates(&fit(&together, estimator)), estimates(&fit(&apart, estimator)));
-        // stamps that differ by rounding, times the condition of the fit
+        // the rounding of the time stamps, times the condition of the fit
         assert!(a.iter().zip(&b).all(|(a, b)| (a.0 - b.0).abs() < 1e-8 * a.0.abs()), "{a:?} {b:?}");
     }
 }
 
-/// A log with stamps of a wall clock beside one that counts from its own zero: the offset brings the zero to the wall
-/// clock, whichever of them comes first, and without one they are told to be apart.
+/// Logs with a wall clock and a log with a local clock are joined by the offset of the local clock,
+/// in any order of the files. Without the offset a finding reports the two clocks.
 #[test]
 fn a_wall_clock_and_a_local_clock_are_joined_by_an_offset() {
     let folder = folder("walls");
@@ -159,7 +166,7 @@ fn a_wall_clock_and_a_local_clock_are_joined_by_an_offset() {
     fs::write(folder.join("together.csv"), file(&rows, &[DVL, GYRO, COMMAND], 0.0)).unwrap();
     fs::write(folder.join("dvl.csv"), file(&rows, &[DVL], wall)).unwrap();
     fs::write(folder.join("gyro.csv"), file(&rows, &[GYRO], wall)).unwrap();
-    // its zero is 1.5 s after that of the others
+    // its clock begins 1.5 s after that of the others
     fs::write(folder.join("command.csv"), file(&rows, &[COMMAND], -1.5)).unwrap();
     let together = &load(&folder, "'together.csv'").runs[0];
     let local = format!("{{ file = 'command.csv', clock_offset = {:?} }}", wall + 1.5);
@@ -171,11 +178,12 @@ fn a_wall_clock_and_a_local_clock_are_joined_by_an_offset() {
         let apart = load(&folder, &files);
         assert!(apart.findings.iter().all(|f| f.code != "M222"), "{files}: {:?}", apart.findings);
         let run = &apart.runs[0];
-        // the run begins with its first log: its zero is the first stamp of that, of the local clock its own zero
+        // the run begins with its first log: zero is the first stamp of a log with a wall clock, or
+        // the zero of a local clock
         let zero = if first == "tau_u" { 1.5 } else { together.signals[first].time()[0] };
         for (name, signal) in &together.signals {
             let stamps = signal.time().iter().zip(run.signals[name].time());
-            // stamps of a wall clock in seconds as floats keep 0.24 us
+            // stamps of a wall clock in seconds, as floating-point numbers, have a resolution of 0.24 us
             assert!(stamps.clone().count() == signal.len(), "{name}");
             stamps.for_each(|(a, b)| assert!((a - zero - b).abs() < 1e-6, "{files}, {name}: {} and {b}", a - zero));
         }
@@ -199,17 +207,17 @@ fn a_silent_sensor_is_not_bridged() {
         assert!(columns.span.iter().all(|(a, b)| b - a < 0.21), "{dof}");
     }
     for (k, (value, std)) in estimates(&fit(&loaded, Estimator::OutputError)).into_iter().enumerate() {
-        // nine estimates within four of their standard deviations: missed by chance once in two thousand
+        // nine estimates within four standard deviations: by chance this fails once in two thousand cases
         assert!((value - TRUTH[k]).abs() < 4.0 * std, "parameter {k}: {value} ± {std}, truth {}", TRUTH[k]);
     }
 }
 
-/// Sensors of their own rates on one column of stamps, with pauses of 13 ms, of which one is silent for 2 s: one stretch for
-/// the filter, and the estimates of the undisturbed run.
+/// Short pauses of the log and one sensor that is silent for 2 s do not divide the run for the
+/// filter: it remains one segment, with the estimates of the undisturbed run.
 #[test]
 fn pauses_and_one_silent_sensor_cut_no_run_of_the_filter() {
     let folder = folder("pauses");
-    // a pause of 13 ms after every half second of the log
+    // a short pause in every half second of the log: rows 47 and 48 of 50 are missing
     let mut rows = Swim::new(100.0, 60.0, 1.0, 9).rows;
     rows.retain(|row| !matches!((100.0 * row[0]).round() as i64 % 50, 47 | 48));
     let slower = Sensor { step: 4, ..GYRO };
@@ -224,13 +232,15 @@ fn pauses_and_one_silent_sensor_cut_no_run_of_the_filter() {
     assert_eq!(checked.logs[0].segments, 1, "{:#?}", checked.warnings);
     let [a, b] = [&whole, &silent].map(|c| estimates(&fit(c, Estimator::FilterError)));
     for k in [0, 3, 6] {
-        // the two share all samples but those of 2 s: they differ by much less than either's deviation
+        // the two logs differ in 2 s of samples only, so the estimates differ by less than one
+        // standard deviation
         assert!((a[k].0 - b[k].0).abs() < a[k].1, "inertia {k}: {:?} undisturbed, {:?} with the silence", a[k], b[k]);
         assert!((b[k].0 - TRUTH[k]).abs() < 3.0 * b[k].1, "inertia {k}: {:?}, truth {}", b[k], TRUTH[k]);
     }
 }
 
-/// The compass on a clock that is 0.4 s behind: seen, with its figure, and gone with the offset.
+/// A compass that is logged 0.4 s late in a file of its own is found with its delay, and not found
+/// once the offset is given.
 #[test]
 fn the_latency_between_files_is_estimated() {
     let folder = folder("latency");
@@ -257,7 +267,7 @@ fn the_latency_between_files_is_estimated() {
         of_yaw.lag.unwrap().seconds
     };
     let late = check("['imu.csv', 'compass.csv']");
-    // the tolerance is that of the estimate, some hundredths of a second
+    // the estimate is good to some hundredths of a second
     assert!((lag(&late) - 0.4).abs() < 0.05, "{}", lag(&late));
     assert!(late.warnings.iter().any(|f| f.code == "K116"), "{:#?}", late.warnings);
     let json = serde_json::to_value(&late).unwrap();
@@ -268,7 +278,8 @@ fn the_latency_between_files_is_estimated() {
     assert!(right.warnings.iter().all(|f| f.code != "K116"), "{:#?}", right.warnings);
 }
 
-/// Nanoseconds that were read as seconds: an integrator would step without end.
+/// Time stamps in nanoseconds that are read as seconds are refused with a message; an integrator
+/// would not end.
 #[test]
 fn stamps_that_are_no_seconds_do_not_hang() {
     let folder = folder("nanoseconds");

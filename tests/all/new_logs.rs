@@ -1,4 +1,5 @@
-//! How a new log is read: as the log of its name was, or else as those of the campaign with the same columns.
+//! A new log is read like the log of the same name in the fit, or else like the campaign's logs
+//! with the same columns.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use hydrosysid::campaign::{ModelFile, Reading, new_logs};
 
 use crate::exported::planar;
 
-/// Rows of a planar log whose columns have names of their own.
+/// A planar log, two of whose columns have names that the library does not know.
 fn log() -> String {
     let row = |k: usize| {
         let t = 0.1 * k as f64;
@@ -22,7 +23,7 @@ fn log() -> String {
     "clock,ahead,v,r,tau_u,tau_v,tau_r\n".to_string() + &(0..200).map(row).collect::<String>()
 }
 
-/// Three logs, of which the last was written with the other sign of surge: the columns stand in each run.
+/// A campaign of three logs, the last with the opposite sign of surge; each run has its own columns.
 fn campaign(folder: &Path) -> CampaignFile {
     std::fs::create_dir_all(folder).expect("the folder can be made");
     let mut text =
@@ -42,7 +43,7 @@ fn folder(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// The model file as a fit of that campaign writes it, read again.
+/// The model file that a fit of that campaign writes, read again.
 fn model() -> ModelFile {
     let columns = |sign: i32| {
         format!("columns = {{ t = 'clock', u = {{ name = 'ahead', sign = {sign} }} }}")
@@ -83,7 +84,7 @@ fn a_log_is_read_as_that_of_its_name_was_and_else_as_most_with_its_columns() {
     }
 }
 
-/// The reader says which of the campaign's columns the log misses, rather than that it has no `t`.
+/// The message names the column of the campaign that the log lacks, not a missing `t`.
 #[test]
 fn a_log_with_other_columns_is_refused_by_those_of_the_campaign() {
     let folder = folder("new_logs_other");
@@ -93,7 +94,7 @@ fn a_log_with_other_columns_is_refused_by_those_of_the_campaign() {
     assert!(refused.to_string().contains("columns.u = 'ahead' is not in the header"), "{refused}");
 }
 
-/// What a user types counts alone.
+/// Options that the user types replace those of the campaign.
 #[test]
 fn options_that_are_typed_win_over_those_of_the_campaign() {
     let folder = folder("new_logs_typed");
@@ -101,7 +102,7 @@ fn options_that_are_typed_win_over_those_of_the_campaign() {
     let typed = toml::from_str("columns = { t = 'clock', u = { name = 'ahead', scale = 2.0 } }").expect("options");
     let read = new_logs(&model(), &[&folder.join("c.csv")], Some(&typed), Some(&campaign)).expect("it is read");
     assert!((read.runs[0].signal("u").expect("it is read").values()[0] - 1.0).abs() < 1e-12);
-    // before all that the log says stands what is wrong with the model
+    // findings on the model come before those on the log
     let unsettled = ModelFile { converged: false, ..model() };
     assert_eq!(read.under_model(&unsettled, "model.toml").findings[0].code, "M130");
 }

@@ -1,4 +1,5 @@
-//! A fit of runs that its estimator cannot use is refused, and says each warning of any other fit once.
+//! A fit is refused if its estimator can use none of the runs; another fit gives its warnings on
+//! standard error only.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -19,7 +20,7 @@ fn sailed() -> PathBuf {
     let text = std::fs::read_to_string(&file).expect("it was written");
     let text = ["oscillatory", "zigzag"].iter().fold(text, |text, kind| text.replace(&format!("{kind:?}"), "\"free\""));
     std::fs::write(&file, text).expect("it can be written");
-    // of a run of this test before
+    // left by an earlier run of this test
     let _ = std::fs::remove_file(folder.join("none.toml"));
     folder
 }
@@ -36,6 +37,6 @@ fn a_fit_that_estimates_nothing_is_refused_with_the_kinds_that_it_uses() {
     let fitted = hydrosysid(&["fit", ".", "--estimator", "integral"], &folder);
     let (table, told) = (String::from_utf8_lossy(&fitted.stdout), String::from_utf8_lossy(&fitted.stderr));
     assert!(fitted.status.success() && table.contains("next: hydrosysid"), "{told}");
-    // warnings stand on standard error, and nowhere else
+    // warnings are on standard error only
     assert!(!table.contains("warning: "), "{table}");
 }

@@ -1,5 +1,5 @@
-//! A logged function of the states takes part in the fit, the comparison and the discovery, even where the state itself
-//! is not logged.
+//! A logged function of the states is used in the fit, the comparison and the discovery, even if
+//! the state itself is not logged.
 
 use std::path::Path;
 
@@ -13,7 +13,8 @@ const MASS: f64 = 300.0;
 const DRAG: f64 = 250.0;
 const RATE: f64 = 10.0;
 
-/// A vehicle that is driven ahead and astern while it pitches: m u̇ = τ − d u|u| − c, simulated here by itself.
+/// Log of a vehicle that is driven ahead and astern while it pitches: m u̇ = τ − d u|u| − c sin θ
+/// with c = `offset`, simulated independently of the library.
 fn run(name: &str, role: Role, (seed, speed_noise): (u64, f64), offset: f64) -> Run {
     let samples = 900;
     let phase = seed as f64;
@@ -59,7 +60,7 @@ fn a_speed_that_is_not_logged_is_told_by_the_depth_rate() {
     let fit = campaign::fit(&campaign, FitOptions::default()).unwrap();
     for (parameter, truth) in fit.parameters.iter().zip([MASS, DRAG]) {
         let std = parameter.std.unwrap();
-        // four standard deviations of the fit's own, which are some tenths of a percent here
+        // within four of its own standard deviations, which are some tenths of a per cent here
         assert!((parameter.value - truth).abs() < 4.0 * std && std < 0.01 * truth, "{parameter:?}");
     }
     let comparison = campaign::compare(&campaign, &fit.model, &fit.envelope).unwrap();
@@ -68,7 +69,7 @@ fn a_speed_that_is_not_logged_is_told_by_the_depth_rate() {
         rows.iter().all(|row| *row == ("depth_rate".to_string(), "m/s".to_string())) && rows.len() == 4,
         "{rows:?}"
     );
-    // the noise of the sensor is all that is left
+    // only the noise of the sensor remains
     assert!(comparison.runs.iter().all(|r| r.rms < 1.1 * 0.002), "{:?}", comparison.runs);
 }
 
@@ -79,7 +80,7 @@ fn a_function_adds_to_what_the_speed_itself_tells() {
         fit.parameters[0].std.unwrap()
     };
     let (with, without) = (std(&format!("{MODEL}{OBSERVE}")), std(MODEL));
-    // a sensor ten times as good, of at most half the speed
+    // a sensor with a tenth of the noise, which sees at most half of the speed
     assert!(with < 0.5 * without, "{with} {without}");
 }
 
@@ -108,7 +109,7 @@ fn what_cannot_be_observed_is_told() {
     assert_eq!(absent.findings()[0].column.as_deref(), Some("climb"));
 }
 
-/// The header of the column has a unit, and the formula must have the same; a number in it may hold one.
+/// A formula must have the unit of its column; a number in the formula may have a unit.
 #[test]
 fn a_formula_in_another_unit_than_its_column_is_refused() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("observed_units");

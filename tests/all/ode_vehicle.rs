@@ -1,5 +1,5 @@
-//! Vehicles among the reference problems, built from effects of the catalogue and simulated by the crate's own chain:
-//! the model's physics, its compiled equations and its integrator together give the reference solution.
+//! Vehicles among the reference problems, built from effects of the catalogue and simulated by the
+//! library: model, compiled equations and integrator together give the reference solution.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -40,14 +40,14 @@ impl Vehicle {
         self
     }
 
-    /// The channels `observed` at the instants `time` from the state `y0` (by channel), row by row.
+    /// The channels `observed` at the instants `time`, row by row, from the initial state `y0` (by channel).
     fn simulate(&self, time: &[f64], observed: &[&str], y0: &dyn Fn(&str) -> f64) -> Vec<f64> {
         let stamps: Arc<[f64]> = time.into();
         let mut run = Run { name: "reference".into(), ..Run::default() };
         for name in observed {
             run.signals.insert((*name).into(), Signal::new(stamps.clone(), vec![0.0; time.len()]));
         }
-        // a command is exact where the scheme reads it: at the ends and in the middle of each step
+        // commands have samples where the scheme reads them: at the ends and in the middle of each step
         let halves: Vec<f64> =
             time.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]).chain(time.last().copied()).collect();
         let reads: Arc<[f64]> = if self.input == Interpolation::Hold { stamps.clone() } else { halves.into() };
@@ -128,7 +128,7 @@ fn vehicle_of(problem: &Problem) -> Option<Vehicle> {
             .command(Dof::Sway, |t| 40.0 * (0.3 * t + 1.0).sin())
             .command(Dof::Yaw, |t| 50.0 * (0.8 * t).sin()),
         "planar3_zigzag" => {
-            // held from each sample to the next, the switches on samples
+            // held from each sample to the next, with the switches at samples
             let moment = |t: f64| if ((t + 1e-6) / 6.0).floor() as i64 % 2 == 0 { 67.8 } else { -67.8 };
             let vehicle = planar(&p).command(Dof::Surge, |_| 140.0).command(Dof::Yaw, moment);
             Vehicle { input: Interpolation::Hold, ..vehicle }
@@ -182,7 +182,8 @@ fn exact_vehicles_from_the_catalogue() {
             None => 0.0,
         };
         problem.hold_against_the_table(&mut |time| vehicle.simulate(time, &states, &start));
-        // where |ν|ν changes sign within a step the order does not show, but the solution is as good as elsewhere
+        // if |ν|ν changes sign within a step the order does not show, but the solution is as
+        // accurate as elsewhere
         let finest = problem.rows.iter().map(|row| row.longest).fold(f64::INFINITY, f64::min);
         let last = problem.grid.last().expect("a grid");
         let time: Vec<f64> = grid(&problem.grid, finest.min(last / 500.0));
@@ -192,7 +193,7 @@ fn exact_vehicles_from_the_catalogue() {
     assert!(problems.is_empty() || held == 17, "{held} vehicles were held against their reference");
 }
 
-/// The grid with every interval in parts no longer than `longest`.
+/// The grid with every interval divided into parts no longer than `longest`.
 fn grid(coarse: &[f64], longest: f64) -> Vec<f64> {
     let parts = |w: &[f64]| ((w[1] - w[0]) / longest).ceil();
     let inner = coarse.windows(2).flat_map(|w| {
@@ -202,8 +203,9 @@ fn grid(coarse: &[f64], longest: f64) -> Vec<f64> {
     std::iter::once(coarse[0]).chain(inner).collect()
 }
 
-/// All six degrees of freedom with drag, restoring and Coriolis forces. The reference has quaternions, the model Euler
-/// angles: velocities and the turned attitude agree once steps are short, 20 s in 4000 steps.
+/// Six degrees of freedom with drag, restoring and Coriolis forces. The reference has quaternions,
+/// the model Euler angles: velocities and the converted attitude agree with short steps, 20 s in
+/// 4000 steps.
 #[test]
 fn exact_six_degrees_of_freedom() {
     let Some(problem) = problems().into_iter().find(|p| p.id == "six_dof_drag_restoring") else { return };
@@ -244,7 +246,8 @@ fn exact_six_degrees_of_freedom() {
         .flat_map(|row| {
             let half = |k: usize| (row[k] / 2.0).sin_cos();
             let ((sf, cf), (st, ct), (sp, cp)) = (half(6), half(7), half(8));
-            // ψ grows past a turn and so does the reference's quaternion: half of it needs no wrapping
+            // ψ exceeds a full turn without wrapping, and ψ/2 gives the sign of the quaternion in
+            // the reference
             let q = [
                 cf * ct * cp + sf * st * sp,
                 sf * ct * cp - cf * st * sp,

@@ -1,7 +1,9 @@
-//! The id of an effect is one word in one file: no other room knows an effect by its name.
+//! The id of an effect is written in one file only: no module outside `effects` refers to an effect
+//! by a literal id.
 //!
-//! What an effect is, is read off its formulas ([`hydrosysid::chain::nature`]); where one effect alone is meant, its id comes
-//! from [`hydrosysid::effects::id`]. The tank and the demo hide effects by name, as a campaign file does.
+//! The nature of an effect is derived from its formulas ([`hydrosysid::chain::nature`]); code that
+//! means one particular effect takes its id from [`hydrosysid::effects::id`]. The tank and the demo
+//! hide effects by name, as a campaign file does.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +12,7 @@ use hydrosysid::effects::{Coriolis, catalogue};
 
 use crate::rooms::sources;
 
-/// Words that are ids and stand for something else where they are written.
+/// Words that are equal to an id but mean something else in the given file.
 const OTHER_WORDS: [(&str, &str); 7] = [
     ("run.rs", "supply_voltage"),             // a column of a log
     ("campaign/init/commands.rs", "current"), // of a motor, in A
@@ -21,7 +23,7 @@ const OTHER_WORDS: [(&str, &str); 7] = [
     ("check/excitation.rs", "inertia"),       // in a sentence
 ];
 
-/// Ids that are written between quotation marks, alone or with a place (`inertia@surge`), before the tests of a file.
+/// Ids in string literals, alone or with a place (`inertia@surge`), outside the tests of a file.
 fn ids_in<'i>(text: &str, ids: &'i [String]) -> Vec<&'i str> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));

@@ -1,6 +1,6 @@
-//! Output error on segments: what it recovers from data whose truth is known.
+//! Output error on segments: estimates and standard deviations on data with a known truth.
 
-// a fixture that fails is a failed test, and values that are set come back bit for bit
+// a failing fixture fails the test, and values that are set are returned bit for bit
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 use hydrosysid::effects::Coriolis;
@@ -22,8 +22,8 @@ fn train(runs: &[Run]) -> Vec<Run> {
     runs.iter().filter(|r| r.role == Role::Train).cloned().collect()
 }
 
-/// The tank integrates at a hundredth of a second and the fit at a tenth: with noise a millionth of the ordinary one
-/// what is left is the integrator's own error, some 1e-5.
+/// The tank integrates in steps of 0.01 s and the fit in steps of 0.1 s. With a millionth of the
+/// ordinary noise, only the error of the integrator remains, about 1e-5.
 #[test]
 fn exact_parameters_from_data_all_but_free_of_noise() {
     let campaign = blind(&BlindOptions { seed: 201, noise: 1e-6, ..BlindOptions::default() }).unwrap();
@@ -37,14 +37,16 @@ fn exact_parameters_from_data_all_but_free_of_noise() {
     }
 }
 
-/// u = U tanh(t/T) after a command of F, U tan(φ − t/T) while it brakes: T = m/√(kF) of 0.08 s and samples every 0.1 s.
-/// Steps of half the time constant err by 0.05 % in the rate, those of a sample by some per cent.
+/// Quadratic drag with a time constant shorter than the sample time is found: u = U tanh(t/T) after
+/// a command of F, U tan(t/T − π/4) while braking, with T = m/√(kF) = 0.08 s and samples every
+/// 0.1 s. Steps of half the time constant have an error of 0.05 % in the rate, those of a sample some
+/// per cent.
 #[test]
 fn quick_drag_is_found_from_slow_samples() {
     let (m, k, force) = (0.4, 1.25, 20.0_f64);
     let (top, constant) = ((force / k).sqrt(), m / (k * force).sqrt());
     let time: std::sync::Arc<[f64]> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
-    // a second each way; the first is from rest, and the last speed is reached before the next
+    // one second in each direction; the first is from rest, and the final speed is reached in each
     let u = |t: f64| {
         let (since, way) = (t % 1.0, if (t as u64).is_multiple_of(2) { 1.0 } else { -1.0 });
         let phase = if t < 1.0 { since / constant } else { since / constant - 0.25 * std::f64::consts::PI };
@@ -72,7 +74,7 @@ fn quick_drag_is_found_from_slow_samples() {
 
 #[test]
 fn what_the_data_cannot_tell_is_named() {
-    // a vehicle that never moves sideways says nothing of its sway drag
+    // a vehicle that never moves sideways does not show its sway drag
     let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
     let mut run = Run::default();
     let signal = |f: &dyn Fn(f64) -> f64| Signal::new(time.clone(), time.iter().map(|t| f(*t)).collect::<Vec<f64>>());
@@ -92,7 +94,7 @@ fn what_the_data_cannot_tell_is_named() {
     assert_eq!(nothing, OutputErrorError::NothingObserved);
 }
 
-/// Every 29th sample of every velocity is wrong by 30 times the noise, all to one side.
+/// The runs with every 29th sample of each velocity wrong by 30 times the noise, all in one direction.
 fn with_outliers(runs: &[Run]) -> Vec<Run> {
     let mut runs = runs.to_vec();
     for run in &mut runs {
@@ -107,7 +109,7 @@ fn with_outliers(runs: &[Run]) -> Vec<Run> {
     runs
 }
 
-/// Greatest error of a parameter in units of its standard deviation in the fit without outliers.
+/// Maximum change of a parameter against the fit without outliers, in units of its standard deviation there.
 fn worst(fit: &OutputErrorFit, clean: &OutputErrorFit) -> f64 {
     let pairs = fit.model.parameters.iter().zip(&clean.model.parameters);
     pairs.map(|(a, b)| ((a.value - b.value) / b.std.unwrap()).abs()).fold(0.0, f64::max)
@@ -123,7 +125,8 @@ fn robust_losses_hold_outliers_back() {
     let reference = by(Loss::Squares, &clean);
     let carried = worst(&by(Loss::Squares, &broken), &reference);
     for loss in [Loss::Huber, Loss::Student] {
-        // without outliers both lose a little to squares: less than one deviation in any parameter
+        // without outliers both differ little from squares: less than 1.5 standard deviations in
+        // any parameter
         assert!(worst(&by(loss, &clean), &reference) < 1.5, "{loss:?}");
         let fit = by(loss, &broken);
         let held = worst(&fit, &reference);
@@ -132,8 +135,9 @@ fn robust_losses_hold_outliers_back() {
     }
 }
 
-/// Residuals of a disturbed motion are correlated. Two clusters are too few for a sandwich of all parameters: deviations are
-/// widened, not narrowed, and are of the size that many clusters tell.
+/// Residuals of a disturbed motion are correlated, and two clusters are too few for a sandwich
+/// covariance of all parameters. Standard deviations are then increased, not reduced, and have the
+/// size that many clusters give.
 #[test]
 fn few_clusters_widen_the_deviations() {
     let campaign = blind(&BlindOptions { seed: 223, disturbance: 0.1, ..BlindOptions::default() }).unwrap();
@@ -148,7 +152,7 @@ fn few_clusters_widen_the_deviations() {
     let ratios = few.model.parameters.iter().zip(&many.model.parameters).map(|(a, b)| a.std.unwrap() / b.std.unwrap());
     let mut ratios: Vec<f64> = ratios.collect();
     ratios.sort_by(f64::total_cmp);
-    // two clusters tell the inflation of the variance by as many squares as there are parameters
+    // two clusters estimate the inflation of the variance from as many squares as there are parameters
     let median = ratios[ratios.len() / 2];
     assert!((0.5..4.0).contains(&median) && ratios[0] > 0.3, "{ratios:?}");
 }
@@ -166,7 +170,7 @@ fn joined_segments_know_more_and_disturbed_ones_stay_apart() {
     for (a, b) in apart.model.parameters.iter().zip(&joined.model.parameters) {
         assert!(b.std.unwrap() < a.std.unwrap(), "{}", a.term);
     }
-    // a random force that the model does not know moves the state between borders
+    // segments are not joined if a random force that the model lacks moves the state between them
     assert_eq!(by(0.05, true).problem.segments.len(), 66);
 }
 
@@ -179,8 +183,8 @@ fn short_campaign() -> (Model, Vec<Run>, OutputErrorFit) {
     (start, runs, fit)
 }
 
-/// Three ways to the same deviations where noise is white: within the scatter of 12 clusters (20 % of a deviation, and
-/// three times that) and of 40 refits (11 %, and three times that).
+/// With white noise, information, bootstrap and Monte Carlo give the same standard deviations,
+/// within three times the scatter of 12 clusters (20 %) and of 40 refits (11 %).
 #[test]
 fn law_bootstrap_and_monte_carlo_scatter_as_the_information_says() {
     let (_, _, fit) = short_campaign();
@@ -213,10 +217,12 @@ fn held_bounded_and_known_parameters_are_respected() {
     assert!(held.cost > free.cost && held.problem.unknowns.len() + 1 == free.problem.unknowns.len());
     let bounded = fit(&|p| (p.value, p.max) = (value - 3.0 * std, value - 2.0 * std));
     assert_eq!(bounded.model.parameters[index].value, value - 2.0 * std);
-    // a prior as good as the data, three deviations off: the estimate moves half of the way, its deviation falls by √2
+    // a prior as good as the data and three standard deviations away: the estimate moves half of
+    // the way, and its standard deviation decreases by √2
     let known = fit(&|p| p.prior = Some((value + 3.0 * std, std)));
     let moved = (known.model.parameters[index].value - value) / std;
-    // information scales with the residuals' size, a prior does not: some 5 % here; and the model is not quite linear
+    // information scales with the size of the residuals, a prior does not, about 5 % here; and the
+    // model is not quite linear
     assert!((moved - 1.5).abs() < 0.2, "{moved}");
     assert!((known.model.parameters[index].std.unwrap() / std - 0.5_f64.sqrt()).abs() < 0.1);
 }
@@ -232,13 +238,14 @@ fn no_estimate_is_promised_below_the_bound() {
     let (_, _, fit) = short_campaign();
     let p = fit.problem.unknowns.len();
     for (k, parameter) in fit.model.parameters.iter().enumerate() {
-        // the fit's own noise estimate is off by some per cent
+        // the noise that the fit estimates has an error of some per cent
         assert!(parameter.std.unwrap() > 0.93 * bound[k * p + k].sqrt(), "{}", parameter.term);
     }
 }
 
-/// Samples at 3 Hz with 1 mm/s of noise: their third differences take part of the motion for noise, the residuals of a fit
-/// whose segments were joined do not.
+/// The noise of a channel is estimated better from the residuals of a fit with joined segments than
+/// from third differences of the samples, which at 3 Hz and 1 mm/s of noise take a part of the
+/// motion for noise.
 #[test]
 fn joined_fits_weigh_channels_by_what_they_leave() {
     let campaign = blind(&BlindOptions { seed: 220, rate: 3.0, noise: 0.2, ..BlindOptions::default() }).unwrap();
@@ -253,7 +260,7 @@ fn joined_fits_weigh_channels_by_what_they_leave() {
     assert!(joined.problem.segments.len() < apart.problem.segments.len());
     for (channel, noise) in [("u", 1e-3), ("v", 1e-3), ("r", 6e-4), ("x", 1e-2), ("y", 1e-2)] {
         let (before, after) = (sigma(&apart, channel) / noise, sigma(&joined, channel) / noise);
-        // some 1600 samples know a deviation to 2 %
+        // with some 1600 samples a standard deviation is known to 2 %
         assert!((after - 1.0).abs() < 0.08, "{channel}: {before} {after}");
         assert!((after - 1.0).abs() < (before - 1.0).abs() + 0.03, "{channel}: {before} {after}");
     }

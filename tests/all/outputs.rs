@@ -1,4 +1,4 @@
-//! Where results go: full disks, devices, pipes, links, and files that must not be overwritten.
+//! Destinations of results: full disks, devices, pipes, links, and files that must not be overwritten.
 #![cfg(unix)]
 
 use std::fs::{self, File, Permissions};
@@ -6,7 +6,7 @@ use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A folder of this test's own, gone when it is dropped.
+/// A folder for one test, which is removed when it is dropped.
 struct Folder(PathBuf);
 
 impl Folder {

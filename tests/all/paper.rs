@@ -1,4 +1,4 @@
-//! Figures printed in Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, made again.
+//! Figures of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, reproduced.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ use hydrosysid::run::{Run, Signal};
 use hydrosysid::simulate::{Track, free_run};
 use hydrosysid::vehicle::{Vehicle, Water};
 
-/// The vehicle's figures as the paper gives them.
+/// The vehicle and the water of the paper.
 fn laurs() -> (Vehicle, Water) {
     let vehicle = Vehicle { mass: Some(189.0), volume: Some(0.19), ..Vehicle::default() };
     (vehicle, Water { density: 1000.0, kinematic_viscosity: 1.0033e-6 })
@@ -40,7 +40,8 @@ fn oscillate(model: &Model, dof: Dof, a: f64, b: f64, period: f64) -> Run {
     run
 }
 
-/// Surge by the recipe: η_inter = 1, η_adv by (17), propelled drag of Table 3, m and b of the run, nothing else.
+/// Model of surge: η_inter = 1, η_adv by (17), propelled drag of Table 3, m and b of the run, and
+/// nothing else.
 fn surge(m: f64, bias: f64) -> Model {
     let effects =
         ["inertia", "linear_drag", "quadratic_drag", "bias", "thrust_interaction_loss", "thrust_advance_loss"];
@@ -57,8 +58,9 @@ fn numbers(model: &Model, run: &Run) -> FlowNumbers {
     flow_numbers(run, 0, Dof::Surge, model, &vehicle, &water).unwrap().unwrap()
 }
 
-/// What the paper's own figures give by the recipe, to the half per cent that their digits allow; the printed KC are
-/// 10.02, 15.37, 21.75 and 39.82, the printed λ 2.3, 3.1, 3.3 and 6.1.
+/// KC and λ that this model gives with the figures of the paper, to the half per cent that their
+/// digits allow; the printed KC are 10.02, 15.37, 21.75 and 39.82, the printed λ 2.3, 3.1, 3.3 and
+/// 6.1.
 #[test]
 fn paper_flow_numbers_of_the_surge_oscillations() {
     let runs = [

@@ -1,4 +1,5 @@
-//! A model that holds a period or an instant is fitted from no more than its name, on the plant.
+//! A model with a period or an instant as a parameter is fitted without a starting value for it, on
+//! the plant.
 
 use std::path::PathBuf;
 
@@ -6,7 +7,7 @@ use hydrosysid::campaign::{self, Campaign, Estimator, Fit, FitOptions, LoadOptio
 use hydrosysid::discover::Verdict;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, RandomForce, Suite, Vehicle};
 
-/// The small vehicle with `name` hidden and without a random force, and the campaign in which the name was adopted.
+/// The campaign of `sea` after `name` has been adopted into its model.
 fn adopted(name: &str, sea: &Sea) -> Campaign {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("timed_{}", name.replace('@', "_")));
     let _ = std::fs::remove_dir_all(&folder);
@@ -35,8 +36,9 @@ fn value(fit: &Fit, name: &str) -> (f64, f64) {
     (found.value, found.std.expect("it was estimated"))
 }
 
-/// 1.8 N every 5 s: from the first period of the grid the fit would end with no wave and a random force of that size. The run that
-/// took no part has its own phase, from its first half, and the model predicts it.
+/// A wave of 1.8 N with a period of 5 s is found. From the first period of the grid, the fit would
+/// end without a wave and with a random force of that size. The held-out run has its own phase,
+/// estimated from its first half, and is predicted.
 #[test]
 fn the_period_of_a_wave_is_found_by_the_fit() {
     let campaign = adopted("wave@sway", &sea("wave@sway", 94_101));
@@ -63,7 +65,9 @@ fn the_period_of_a_wave_is_found_by_the_fit() {
     assert_eq!((found.effects.len(), found.verdict), (0, Verdict::NothingMissing), "{}", found.sentence);
 }
 
-/// The thrust ahead falls at 45 % of each run: from an instant on another hill half as much would be lost, from another one on.
+/// A part of the thrust in surge is lost from 45 % of each run on: the loss and the instant are
+/// found. From a start near another optimum, half the loss from another instant on would be
+/// estimated.
 #[test]
 fn the_instant_of_a_failure_is_found_by_the_fit() {
     let campaign = adopted("thruster_fault@surge", &Sea { runs: 6, ..sea("thruster_fault@surge", 94_102) });

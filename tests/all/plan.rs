@@ -1,4 +1,4 @@
-//! Plans: what they predict is what simulated campaigns reach, and what is asked for is what they give.
+//! Plans: simulated campaigns reach the predicted standard deviations, and a plan gives what was asked for.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +16,7 @@ use hydrosysid::tank::{BlindOptions, CraftKind, blind};
 
 use crate::exported;
 
-/// The large vehicle of the tank, as though fitted.
+/// The large vehicle of the tank with its true parameters, as if it had been fitted.
 fn course() -> Course {
     let options = BlindOptions { seed: 3, craft: CraftKind::Large, duration: 10.0, ..BlindOptions::default() };
     let made = blind(&options).expect("the tank sails");
@@ -37,8 +37,9 @@ fn wishes(model: &Model, share: f64) -> Vec<Wish> {
     model.free().into_iter().map(|p| Wish { parameter: p, std: share * model.parameters[p].value.abs() }).collect()
 }
 
-/// What 40 simulated campaigns reach lies within a third of the prediction: the standard error of a deviation over 40 is
-/// 11 %, and three of them are allowed for the worst of nine parameters. `make plan` holds 200 campaigns to a fifth.
+/// The standard deviations that 40 simulated campaigns reach are within a third of the predicted
+/// ones: the standard error of a deviation from 40 campaigns is 11 %, and three of these are
+/// allowed for the worst of nine parameters.
 #[test]
 fn law_simulated_campaigns_reach_what_the_plan_predicts() {
     let course = course();
@@ -91,7 +92,7 @@ fn runs_that_show_nothing_of_a_parameter_are_said_to() {
     assert!(plan.covariance.is_none());
     assert_eq!(plan.warnings.iter().filter(|f| f.code == "P101").count(), 6, "{:?}", plan.warnings);
     let twice = predict(&course, &[surge.clone(), surge], &[], &options()).expect("it can be judged");
-    // two equal runs halve the variance, to the rounding of a triangular factor
+    // two equal runs halve the variance, up to the rounding of a triangular factor
     let ratio = twice.parameters[0].std.unwrap_or(0.0) / plan.parameters[0].std.unwrap_or(1.0);
     assert!((ratio * std::f64::consts::SQRT_2 - 1.0).abs() < 1e-9, "{ratio}");
 }
@@ -134,7 +135,8 @@ fn a_model_without_free_parameters_or_thrust_is_refused() {
     assert!(propose(&course, &[], &options()).expect_err("nothing free").to_string().contains("no free parameter"));
 }
 
-/// The command on a model file: a table, JSON, a folder that it reads back to the same prediction.
+/// The command on a model file prints a table, writes JSON and a folder, and reads the folder back
+/// to the same prediction.
 #[test]
 fn the_command_plans_writes_and_reads_back() {
     let folder = std::env::temp_dir().join(format!("hydrosysid-plan-{}", std::process::id()));
@@ -166,7 +168,8 @@ fn the_command_plans_writes_and_reads_back() {
     assert_eq!(read.status.code(), Some(0), "{}", told(&read));
     assert_eq!(json(&again)["parameters"][0]["std"], plan["parameters"][0]["std"]);
     assert_eq!(json(&again)["rehearsal"]["campaigns"], 4);
-    // wrong use: a wish of nothing, a limit of nothing, more thrust than there is
+    // wrong use: a wish for an unknown parameter, a limit of an unknown degree of freedom, more
+    // thrust than the limit
     let wrong = command(&["--want", "quadratic_drag@surg=1", "--limit", "surge=140"]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(told(&wrong).contains("did you mean `quadratic_drag@surge`"), "{}", told(&wrong));
@@ -177,7 +180,8 @@ fn the_command_plans_writes_and_reads_back() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// A plan that adds heave alone to what is known of surge: its rehearsal holds surge, which no run of it moves.
+/// A plan for heave in addition to known data on surge: its rehearsal fixes the parameters of
+/// surge, which no planned run excites.
 #[test]
 fn a_plan_beside_runs_at_hand_is_rehearsed_on_what_it_shows() {
     let terms = [

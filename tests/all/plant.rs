@@ -1,7 +1,7 @@
-//! Two codes that know nothing of each other: what the plant sails without noise, the fit gives back.
+//! Two independent codes: a fit recovers the parameters of noise-free logs of the plant.
 //!
-//! The plant (`plant/`) is written from the textbook in vector form, this crate's equations come from its catalogue. A
-//! wrong term in either would show here as wrong parameters.
+//! The plant (`plant/`) is written from the textbook in vector form, the equations of this crate
+//! come from its catalogue. A wrong term in either would show here as wrong parameters.
 
 use std::path::PathBuf;
 
@@ -9,11 +9,11 @@ use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions};
 use hydrosysid::model::Parameter;
 use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, RandomForce, Suite, Vehicle};
 
-/// Short segments and steps: the errors of the fit's integrator stay below 1e-5 of the motion, and the small vehicle,
-/// which is unstable, is followed.
+/// Options with short segments and steps, so that the error of the fit's integrator stays below
+/// 1e-5 of the motion, and the unstable small vehicle is followed.
 const FIT: &str = "[fit]\nestimator = \"output_error\"\nsegment = 2.0\nlongest_step = 0.02\n[log]\n";
 
-/// A campaign of 30 s a run, without noise and without force.
+/// A campaign of runs of 30 s, without noise and without a random force.
 fn sea(vehicle: &str, dofs: &[Dof]) -> Sea {
     let mut sea = Sea::new(Vehicle::named(vehicle).expect("it exists"), dofs);
     sea.duration = 30.0;
@@ -29,7 +29,7 @@ struct Found {
     truth: f64,
 }
 
-/// Sails and fits with the effects `more` in the baseline beside it.
+/// The parameters of a fit of the simulated campaign, with the effects `more` added to the baseline.
 fn fitted(name: &str, sea: &Sea, more: &[&str]) -> Vec<Found> {
     let sailed = sea.sail().expect("it sails");
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("plant_{name}"));
@@ -62,7 +62,7 @@ fn worst(name: &str, sea: &Sea, more: &[&str]) -> (f64, String) {
     (error(worst), format!("{}: {} for {}", worst.name, worst.value, worst.truth))
 }
 
-/// Figures seen: 1e-6 to 1e-4; the tolerance is what the two must agree to.
+/// Required agreement of the two codes; observed errors are 1e-6 to 1e-4.
 const TOLERANCE: f64 = 1e-3;
 
 #[test]
@@ -80,14 +80,15 @@ fn exact_six_degrees_of_freedom_come_back() {
     let mut sea = sea("heavy", &Dof::ALL);
     let (error, what) = worst("heavy", &sea, &[]);
     assert!(error < TOLERANCE, "{what}");
-    // through its eight thrusters
+    // with commands of its eight thrusters
     (sea.commands, sea.seed) = (Commands::Thrusters, 2);
     let (error, what) = worst("heavy_thrusters", &sea, &[]);
     assert!(error < TOLERANCE, "{what}");
 }
 
-/// Runs that turn over in pitch while all else moves, by commands that are given: attitude is a quaternion in both codes, and
-/// the angles of the log jump at the vertical. The noise is in units of the ordinary one.
+/// A campaign of runs that loop in pitch while all other degrees of freedom move, by given
+/// commands. The attitude is a quaternion in both codes, and the angles of the log jump at the
+/// vertical. `noise` is in units of the ordinary noise.
 fn looping(noise: f64) -> Sea {
     let mut sea = sea("heavy", &Dof::ALL);
     (sea.runs, sea.lead_in) = (4, 0.0);
@@ -95,7 +96,8 @@ fn looping(noise: f64) -> Sea {
     let rated = sea.vehicle.rated;
     let command = |run: usize, dof: Dof| {
         let i = dof.index();
-        // the steady moment that loops, and sines of two periods, others in each run and degree of freedom
+        // a steady moment for the loop, and sines of two periods that differ in each run and degree
+        // of freedom
         let offset = if dof == Dof::Pitch { 2.5 } else { 0.0 };
         let sine = |t: f64, n: usize| (std::f64::consts::TAU * t / (4.0 + n as f64 + 0.7 * (i + 2 * run) as f64)).sin();
         let force = |k: usize| rated[i] * (offset + 0.3 * sine(0.1 * k as f64, 0) + 0.2 * sine(0.1 * k as f64, 4));
@@ -117,8 +119,8 @@ fn exact_runs_that_loop_come_back() {
     assert!(error < TOLERANCE, "{what}");
 }
 
-/// The same with the noise of ordinary instruments: of some two dozen 95 % intervals more than five miss the truth, or one by
-/// four deviations, with a chance of 3 in 1000.
+/// With the noise of ordinary instruments, the 95 % intervals cover the truth. Of some two dozen,
+/// more than five miss it, or one by four standard deviations, with a probability of 3 in 1000.
 #[test]
 fn law_intervals_of_runs_that_loop_hold_the_truth() {
     let found = fitted("loops_noise", &looping(1.0), &[]);
@@ -128,8 +130,9 @@ fn law_intervals_of_runs_that_loop_hold_the_truth() {
     assert!(outside.len() <= 5 && off.iter().all(|(_, z)| z.abs() < 4.0), "of {}: {off:?}", off.len());
 }
 
-/// Effects of body, actuator, environment and sensor whose equations the two codes write apart. What depends on the time
-/// before the log (lags, memories) begins at rest here.
+/// Effects of body, actuator, environment and sensor, whose equations are written independently in
+/// the two codes, are recovered. Effects that depend on the time before the log (lags, memories)
+/// begin at rest here.
 #[test]
 fn exact_effects_of_the_catalogue_come_back() {
     let names = [
@@ -155,7 +158,8 @@ fn exact_effects_of_the_catalogue_come_back() {
     }
 }
 
-/// A log that begins in mid-command: what the rotors and the wake remember of the time before it is unknown, and estimated.
+/// If a log begins during a command, the states of rotors and fluid memory at its beginning are
+/// unknown and are estimated.
 #[test]
 fn exact_memories_of_a_log_that_begins_in_mid_command() {
     for name in ["thrust_lag", "fluid_memory@surge"] {
@@ -167,8 +171,9 @@ fn exact_memories_of_a_log_that_begins_in_mid_command() {
     }
 }
 
-/// Stamps of a wall clock, 1.7e9 s: a double has them to 1.2e-7 s, which is 1e-7 of a deviation of the acceleration's
-/// noise. The fit by filter error is the same to a thousandth of a deviation.
+/// Time stamps of a wall clock, 1.7e9 s, change the fit by filter error by less than a thousandth
+/// of a standard deviation. A double has such stamps to 1.2e-7 s, which is 1e-7 of a standard
+/// deviation of the acceleration's noise.
 #[test]
 fn a_wall_clock_changes_no_fit() {
     let mut sea = sea("laurs", &Dof::PLANE);
@@ -202,9 +207,11 @@ fn a_wall_clock_changes_no_fit() {
     }
 }
 
-/// Runs that log a heading, a rate and fixes of 5 cm, and no velocity. Of 36 parameters 34.2 lie within two deviations on average,
-/// with a standard deviation of 1.3; fewer than 29 have a chance of 1 in 2000. One of them was 33 deviations off, and a force of
-/// 140 N stood in for the difference of the first two fixes.
+/// Runs with heading, rate and position fixes of 5 cm, and without velocities, determine the
+/// parameters. Of 36 parameters, 34.2 lie within 1.96 standard deviations on average, with a
+/// standard deviation of 1.3; fewer than 29 have a probability of 1 in 2000. In an earlier version
+/// one was off by 33 standard deviations, and a force of 140 N explained the difference of the
+/// first two fixes.
 #[test]
 fn poses_alone_tell_the_parameters() {
     let (mut inside, mut count, mut worst) = (0, 0, (0.0_f64, String::new()));
@@ -238,8 +245,8 @@ fn poses_alone_tell_the_parameters() {
     assert!(count == 36 && inside >= 29 && worst.0 < 5.0, "{inside} of {count}, worst {worst:?}");
 }
 
-/// Of 54 intervals of 95 % 51.3 cover the truth on average, with a standard deviation of 1.6; fewer than 45 have a chance of
-/// 1 in 4000.
+/// The 95 % intervals cover the truth. Of 54 intervals, 51.3 do so on average, with a standard
+/// deviation of 1.6; fewer than 45 have a probability of 1 in 4000.
 #[test]
 fn law_intervals_cover_the_truth() {
     for estimator in [Estimator::OutputError, Estimator::FilterError] {

@@ -1,5 +1,5 @@
-//! Logs that measure poses and no velocities: what `check` says of them, and fits of them, on the independent plant and on
-//! the pool tests of a small vehicle.
+//! Logs with poses and without velocities: findings of `check`, fits, and comparisons, on the
+//! independent plant and on the pool tests of a small vehicle.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +10,7 @@ use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Pilots, RandomForce
 
 use crate::shared;
 
-/// Motion capture at 20 Hz: 2 mm, and 3 mrad of heading.
+/// A campaign with motion capture at 20 Hz: noise of 2 mm, and 3 mrad of heading.
 fn captured(seed: u64, runs: usize) -> Sea {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
     (sea.runs, sea.duration, sea.seed) = (runs, 60.0, seed);
@@ -39,7 +39,7 @@ fn poses_tell_what_a_run_shows() {
     let (_, file) = written("shown", &captured(3, 9));
     let all = checked(&file);
     assert!(told(&all, "M111").is_empty() && all.errors.is_empty(), "{:#?}", all.warnings);
-    // a run that moves sway alone shows no surge
+    // a run that moves sway only does not excite surge
     let text = std::fs::read_to_string(&file).expect("it was written");
     let (head, runs) = text.split_at(text.find("[[run]]").expect("a run"));
     let sway = runs.split("[[run]]").skip(1).find(|run| run.contains("run02.csv")).expect("the run of sway");
@@ -61,7 +61,7 @@ fn a_fit_of_poses_gives_back_the_truth() {
         let truth = sailed.truth.value(&term).expect("the truth knows it");
         let std = p.std.expect("a free parameter");
         compared += 1;
-        // three deviations, and none so wide that it says nothing
+        // within three standard deviations, which must be below 20 % of the value
         if (p.value - truth).abs() > 3.0 * std || std > 0.2 * truth {
             off.push(format!("{term}: {} ± {std}, truth {truth}", p.value));
         }
@@ -69,7 +69,7 @@ fn a_fit_of_poses_gives_back_the_truth() {
     assert!(compared == 6 && off.is_empty(), "{compared}: {off:?}");
 }
 
-/// A small vehicle by fixes and heading alone, 10 Hz: 50 mm and half a degree.
+/// A campaign of the small vehicle with position fixes and heading only, at 10 Hz: noise of 50 mm and 0.5°.
 fn by_fixes(seed: u64, pilots: Pilots) -> Sea {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
     (sea.runs, sea.duration, sea.seed, sea.pilots) = (6, 60.0, seed, pilots);
@@ -77,8 +77,9 @@ fn by_fixes(seed: u64, pilots: Pilots) -> Sea {
     sea
 }
 
-/// A vehicle that turns quicker than a second of fixes shows, known by them and its heading alone. From one start of the moment
-/// alone half of such campaigns under feedback gave a twentieth of its inertia, 190 to 470 deviations off.
+/// A vehicle that turns faster than a second of position fixes shows is estimated correctly from
+/// fixes and heading. With a single start of the moment, half of such campaigns under feedback gave
+/// a twentieth of the inertia, 190 to 470 standard deviations off.
 #[test]
 fn a_quick_vehicle_known_by_fixes_is_that_vehicle() {
     for (seed, pilots) in [(1, Pilots::Closed), (2, Pilots::Open), (5, Pilots::Closed)] {
@@ -89,15 +90,17 @@ fn a_quick_vehicle_known_by_fixes_is_that_vehicle() {
             let term = format!("{}@{}", p.effect, p.dof.expect("of one degree of freedom"));
             let truth = sailed.truth.value(&term).expect("the truth knows it");
             let off = (p.value - truth) / p.std.expect("it is estimated");
-            // 18 of them: one in 1e5 is that far off by chance
+            // 18 parameters: by chance one is this far off in 1 of 1e5 cases
             assert!(off.abs() < 5.0, "seed {seed}, {pilots:?}, {term}: {} for {truth}, {off:.1} deviations", p.value);
         }
     }
 }
 
-/// A vehicle with the receiver of a telephone: 0.5 m at 2 Hz, a compass and a gyro. Slopes of such fixes show nothing that
-/// accelerates: a start that was regressed on them had twenty times the mass, and the fit ended at a force of a hundred times the
-/// thrust, in five of nine campaigns of a boat simulated elsewhere.
+/// A vehicle with position fixes like those of a mobile phone, 0.5 m at 2 Hz, and with a compass
+/// and a gyro: the masses are within four standard deviations. The slopes of such fixes do not show
+/// accelerations. With a start from a regression on them, which had twenty times the mass, the fit
+/// ended at a random force of a hundred times the thrust in five of nine campaigns of a boat that
+/// was simulated elsewhere.
 #[test]
 fn fixes_noisier_than_a_second_of_motion_give_the_masses() {
     let mut sea = captured(81, 6);
@@ -120,8 +123,9 @@ fn fixes_noisier_than_a_second_of_motion_give_the_masses() {
     }
 }
 
-/// Without any velocity in the log nothing listens to one: a search that asked for a late position ended in an error. What no
-/// sensor logs is no sensor's fault either.
+/// Discovery works on position fixes without velocities: it asks neither for a delay of the
+/// position relative to the velocity, which ended in an error, nor for faults of sensors that are
+/// not in the log.
 #[test]
 fn what_is_missing_is_found_by_fixes_alone() {
     for (hidden, names) in [(None, vec![]), (Some("current"), vec!["current"])] {
@@ -139,7 +143,7 @@ fn what_is_missing_is_found_by_fixes_alone() {
     }
 }
 
-/// Rate of change of a logged position or angle: central differences, at both ends one-sided ones.
+/// Rate of change of a logged position or angle by central differences, at both ends by one-sided ones.
 fn slope(time: &[f64], x: &[f64]) -> Vec<f64> {
     let last = time.len() - 1;
     let about = |k: usize| (k.saturating_sub(1), (k + 1).min(last));
@@ -153,16 +157,17 @@ fn explained(y: &[f64], x: &[f64]) -> f64 {
     100.0 * (1.0 - (off / y.iter().map(|y| (y - mean).powi(2)).sum::<f64>()).sqrt())
 }
 
-/// Pool tests that log yaw and depth alone, 2 Hz: on the runs that take no part the fit explains the rates as well as a fit
-/// by hand does, and its verdict says what its noise table says.
+/// Pool tests that log only yaw and depth, at 2 Hz: on held-out runs the fit explains the rates as
+/// well as a fit by hand, and its verdict agrees with its noise table.
 #[test]
 fn bolts_poses_are_fitted_as_well_as_by_hand() {
     let Some(folder) = shared::path("realdata/bolt") else { return };
     let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
     let simulation = campaign::simulate(&campaign, &fit.model, &fit.envelope).expect("it can be simulated");
-    // by hand, output error in SciPy on the pose: 70, 47 and 54 % (README of the data); the last with an initial state of the
-    // whole run, and 50 % with that of its first 5 s, which is all that is taken here
+    // by hand, with output error in SciPy on the pose: 70, 47 and 54 % (README of the data); the
+    // last with an initial state from the whole run, and 50 % with that of its first 5 s, as used
+    // here
     for (run, channel, by_hand) in
         [("yaw_test_2.csv", "psi", 70.0), ("yaw_test_4.csv", "psi", 47.0), ("depth_test_2.csv", "z", 49.0)]
     {
@@ -174,22 +179,23 @@ fn bolts_poses_are_fitted_as_well_as_by_hand() {
         assert!(found > by_hand, "{}: {found} % for {by_hand} % by hand", run.run);
     }
     let noise = fit.noise.as_ref().expect("filter error estimates it");
-    // as large as all of the thrust: within its deviation, which is two thirds of it where only rms² times time is known
+    // the force is as large as the thrust within its standard deviation, which is two thirds of it
+    // if only rms² times the correlation time is known
     let reaches = |f: &ForceFound| f.share_of_thrust.is_some_and(|share| share * (1.0 + f.std / f.rms) > 1.0);
     assert!(!noise.force.is_empty() && noise.force.iter().all(reaches), "{:?}", noise.force);
     let large = noise.force.iter().any(|f| f.share_of_thrust.is_some_and(|share| share > 1.0));
     assert!(large && fit.sentence.contains("more than turbulence"), "{}", fit.sentence);
     assert!(noise.innovations_white || fit.sentence.contains("not white"), "{}", fit.sentence);
-    // a comparison has a row for each run and pose where no velocity is logged
+    // a comparison has a row for each run and pose if no velocity is logged
     let compared = campaign::compare(&campaign, &fit.model, &fit.envelope).expect("it can be compared");
     for (run, channel) in [("yaw_test_4.csv", "psi"), ("depth_test_2.csv", "z")] {
         let row = compared.runs.iter().find(|r| r.run == run && r.dof.channel() == channel).expect("a row");
-        // positions integrate what rates show: the depth is followed within a fifth of its spread
+        // positions are integrals of the rates, and fit better
         assert!(row.fit_percent > 75.0 && ["rad", "m"].contains(&row.unit.as_str()), "{row:?}");
     }
 }
 
-/// What the command prints on a terminal of 80 columns; it has to succeed.
+/// Standard output of the command on a terminal of 80 columns; it must succeed.
 fn printed(words: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hydrosysid"));
     let output = command.args(words).env("COLUMNS", "80").env("NO_COLOR", "1").output().expect("the command starts");
@@ -197,7 +203,7 @@ fn printed(words: &[&str]) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Where no velocity is logged models of single runs are compared by the poses.
+/// Without logged velocities, models of single runs are compared by the poses.
 #[test]
 fn poses_are_compared_where_no_velocity_is_logged() {
     let (_, file) = written("crossed", &captured(7, 4));
@@ -209,8 +215,8 @@ fn poses_are_compared_where_no_velocity_is_logged() {
     assert!(told.contains(&format!(", {unit}; columns are the runs")), "{told}");
 }
 
-/// The first screen of the report of a campaign without velocities shows the gap and the worst run of what is logged, and its
-/// verdict speaks of that.
+/// The report of a campaign without velocities shows the gap and the worst run in the logged
+/// channels, and its verdict does not mention velocities.
 #[test]
 fn a_report_of_poses_shows_gap_and_worst_run() {
     let Some(folder) = shared::path("realdata/bolt") else { return };
@@ -225,7 +231,8 @@ fn a_report_of_poses_shows_gap_and_worst_run() {
     assert!(!text.contains("looks for its name") && !text.contains("D107"), "what the search has gone beyond");
 }
 
-/// Thrusters that another vehicle has push the wrong way: what helps is looked at next, and not an effect.
+/// With the thrusters of another vehicle, which push the wrong way, the fit contradicts itself and
+/// points to `check` next, not to `discover`.
 #[test]
 fn thrusters_that_push_the_wrong_way_are_looked_at_next() {
     let Some(folder) = shared::path("realdata/bolt") else { return };

@@ -1,5 +1,6 @@
-//! A vehicle that is pushed by a random force, from an independent plant: what the fit says of the force goes with the
-//! model into every other verb, bands cover what they say, and the monitor keeps its rate of false alarms.
+//! A vehicle under a random force, on the independent plant: the estimated force goes with the
+//! model into every other verb, prediction bands have their stated coverage, and the monitor has
+//! its stated rate of false alarms.
 
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,10 @@ use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::run::Role;
 use hydrosysid_plant as plant;
 
-/// Rms of the force over that of the thrust.
+/// Root mean square of the random force, as a share of that of the thrust.
 const SHARE: f64 = 0.05;
 
-/// A folder that goes with its test.
+/// A folder that is removed with its test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -29,7 +30,7 @@ impl Drop for Folder {
     }
 }
 
-/// A campaign of one and the same vehicle in the plane, 9 runs of 60 s; only runs and noise change with the seed.
+/// A planar campaign of 9 runs of 60 s, always of the same vehicle; only runs and noise depend on the seed.
 fn sailed(seed: u64, share: f64, hidden: &[&str]) -> Campaign {
     let vehicle = plant::Vehicle::named("small").expect("the plant has it");
     let asked = plant::Campaign {
@@ -50,7 +51,8 @@ fn fitted(campaign: &Campaign) -> (Fit, ModelFile) {
     (fit, file)
 }
 
-/// Every estimate of a fit within so many deviations of the truth, for runs as `asked` has them.
+/// Asserts that every estimate of a fit of the campaign `asked` is within `deviations` standard
+/// deviations of the truth.
 fn within(name: &str, deviations: f64, asked: &plant::Campaign) {
     let folder = Folder::new(name);
     let sailed = asked.sail().expect("it sails");
@@ -72,9 +74,10 @@ fn of_small(seed: u64) -> plant::Campaign {
     plant::Campaign { force, seed, ..plant::Campaign::new(vehicle, &plant::Dof::PLANE) }
 }
 
-/// A vehicle that is unstable in yaw turns by its Munk moment alone: thrusters that share out a force leave 1e-17 N m there,
-/// which is no scale for a random force and no start for an inertia. Chance puts one of these 36 values beyond 4.5
-/// deviations in 0.02 % of all cases.
+/// If no moment is commanded, a vehicle that is unstable in yaw turns by its Munk moment only, and
+/// its parameters are found all the same. The allocation of thrusters leaves a moment of 1e-17 N m,
+/// which must not be used as the scale of a random force or for the start of the inertia. By chance
+/// one of these 36 values is beyond 4.5 standard deviations in 0.02 % of all cases.
 #[test]
 fn what_no_moment_is_commanded_is_found_by_what_turns_it() {
     for seed in [401, 408, 413, 417] {
@@ -83,7 +86,7 @@ fn what_no_moment_is_commanded_is_found_by_what_turns_it() {
     }
 }
 
-/// Samples of a DVL at 5 Hz that a log of 20 Hz repeats are used once each.
+/// Each sample of a DVL at 5 Hz is used once, though a log of 20 Hz repeats it.
 #[test]
 fn held_samples_count_once() {
     let suite = plant::Suite { rate: 20.0, dvl_rate: Some(5.0), held: true, ..plant::Suite::default() };
@@ -97,7 +100,7 @@ fn the_force_is_found_told_and_carried_by_the_model_file() {
     assert!(fit.converged && fit.sentence.contains("random force of"), "{}", fit.sentence);
     let noise = fit.noise.as_ref().expect("filter error knows of noise");
     let surge = noise.force.iter().find(|f| f.dof == Dof::Surge).expect("surge is pushed");
-    // within 15 % as a median; one of them within three times that
+    // the median error is below 15 %; a single one is allowed three times that
     assert!((surge.share_of_thrust.expect("there is thrust") / SHARE - 1.0).abs() < 0.45, "{surge:?}");
     for path in ["model.toml", "model.json"] {
         let text = file.to_text(Path::new(path)).expect("it can be written");
@@ -107,7 +110,7 @@ fn the_force_is_found_told_and_carried_by_the_model_file() {
         };
         let [read, written] = [&read, &file].map(|f| f.noise.clone().expect("it carries the noise"));
         assert_eq!((read.force.len(), read.sensor.len()), (written.force.len(), written.sensor.len()));
-        // JSON is read to the last digit but one
+        // numbers in JSON are read to the last digit but one
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
         assert!(read.force.iter().zip(&written.force).all(|(a, b)| a.dof == b.dof && close(a.rms, b.rms)));
         assert!(read.sensor.iter().zip(&written.sensor).all(|(a, b)| a.channel == b.channel && close(a.std, b.std)));
@@ -123,8 +126,10 @@ fn the_force_is_found_told_and_carried_by_the_model_file() {
     assert!(refused.to_string().contains("filter_error"), "{refused}");
 }
 
-/// 95 of 100 samples lie in the band. Errors of a free run last seconds: some 300 independent ones a seed, 900 in all,
-/// which know the share to 0.7 %; the parameters' own errors, which the band leaves out, cost up to five more.
+/// 95 % of the samples of held-out runs lie in the 95 % band of a free run. The errors are
+/// correlated over seconds: with about 300 independent ones per seed, 900 in all, the share has a
+/// standard error of 0.7 %. The errors of the parameters, which the band does not include, reduce
+/// it by up to five percentage points.
 #[test]
 fn bands_of_free_runs_cover_what_they_say() {
     let (mut inside, mut all) = (0.0, 0.0);
@@ -162,12 +167,14 @@ fn bands_of_free_runs_cover_what_they_say() {
     let share = inside / all;
     assert!((0.88..0.98).contains(&share), "{share}");
     let ratio = (ratios.iter().sum::<f64>() / ratios.len() as f64).sqrt();
-    // a dozen predictions a run and degree of freedom, 27 of them: 1/√(2·324) = 0.04, and the parameters' errors
+    // a dozen predictions for each of 27 pairs of run and degree of freedom: 1/√(2·324) = 0.04,
+    // plus the errors of the parameters
     assert!((0.85..1.2).contains(&ratio), "{ratio}");
 }
 
-/// A model along the logs of ten later campaigns: at a level of 5 % a log, at most nine of the ninety logs give a false
-/// alarm (the binomial law exceeds that once in fifty), and drag that grows by 40 % at some instant is seen in a third of the logs at least.
+/// A model is monitored along the logs of ten later campaigns. At a level of 5 % per log, at most
+/// nine of the ninety logs give a false alarm (a binomial variable exceeds that once in fifty
+/// cases), and a drag that grows by 40 % at some instant is seen in at least a third of the logs.
 #[test]
 fn false_alarms_of_the_monitor_keep_their_rate() {
     let (fit, file) = fitted(&sailed(1, SHARE, &[]));
@@ -186,7 +193,8 @@ fn false_alarms_of_the_monitor_keep_their_rate() {
     assert!(3 * seen >= logs, "{seen} of {logs}");
 }
 
-/// A random force hides what parameters do: runs are worth less, and more of them are wanted.
+/// A random force hides the effect of the parameters, so the plan predicts larger standard
+/// deviations with it.
 #[test]
 fn a_plan_counts_the_random_force_in() {
     let campaign = sailed(1, SHARE, &[]);

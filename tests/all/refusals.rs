@@ -1,4 +1,4 @@
-//! Values that no file and no argument may hold are refused where they stand.
+//! Impossible values in files and arguments are refused with their place.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ fn told(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// What is wrong with the text of a model file: its place and its message.
+/// Place and message of the error in the text of a model file.
 fn refused(text: &str) -> (Option<(usize, usize)>, String) {
     match ModelFile::from_text(text, Path::new("model.toml")) {
         Err(ModelFileError::Value { place, key, message, .. }) => (place, format!("{key}: {message}")),
@@ -49,7 +49,7 @@ fn refused(text: &str) -> (Option<(usize, usize)>, String) {
     }
 }
 
-/// Number of the line that begins so, from 1.
+/// Number of the line that begins with `start`, from 1.
 fn line_of(text: &str, start: &str) -> usize {
     1 + text.lines().position(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{start} in\n{text}"))
 }
@@ -194,7 +194,7 @@ fn no_more_threads_than_cores() {
     let folder = Folder::new("jobs");
     let pipe = folder.0.join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().expect("it starts").success());
-    // it waits at the pipe, its threads made
+    // it waits at the pipe after it has created its threads
     let mut command = Command::new(env!("CARGO_BIN_EXE_hydrosysid"));
     let mut child = command.arg("check").arg(&pipe).args(["-j", "100000"]).spawn().expect("the command starts");
     let writer = fs::OpenOptions::new().write(true).open(&pipe).expect("the command reads");
@@ -207,6 +207,6 @@ fn no_more_threads_than_cores() {
         .and_then(|n| n.trim().parse().ok())
         .expect("Linux tells the number of threads");
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    // those of the pool, the main one, and one that shows what is done
+    // the threads of the pool, the main thread, and the one that shows the progress
     assert!(threads <= cores + 2, "{threads} threads on {cores} cores");
 }

@@ -1,4 +1,4 @@
-//! Integral regressors against closed forms and against the references of the integrator.
+//! Integral regressors compared with closed forms and with the references of the integrator.
 
 #![allow(clippy::unwrap_used)]
 
@@ -35,7 +35,8 @@ fn solve(columns: &Columns) -> Vec<f64> {
     qr.r().solve_upper_triangular(&right).unwrap().iter().copied().collect()
 }
 
-/// The paper's form, equation (4): Δu = Σ αⱼ (…), with α of thrust 1/m; returns m and the forces' coefficients.
+/// The paper's form, equation (4): Δu = Σ αⱼ (…), with α of thrust 1/m; returns m and the forces'
+/// coefficients.
 fn solve_per_unit_inertia(columns: &Columns) -> Vec<f64> {
     let mut swapped = columns.clone();
     swapped.rhs = std::mem::replace(&mut swapped.columns[0], columns.rhs.clone());
@@ -47,8 +48,8 @@ fn options(span: Span) -> RegressorOptions {
     RegressorOptions { span, ..RegressorOptions::default() }
 }
 
-/// u of 841.93 u̇ = 145.3 sin(2πt/28) + 185.7 − 82.3 u − 309.07 u|u| from rest, on `n` steps of `dt`; 64 steps of
-/// Runge-Kutta in each leave an error below 1e-12.
+/// Time, u and τ of 841.93 u̇ = 145.3 sin(2πt/28) + 185.7 − 82.3 u − 309.07 u|u| from rest, on `n`
+/// steps of `dt`. With 64 Runge-Kutta steps in each, the error is below 1e-12.
 fn paper_surge(n: usize, dt: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let tau = |t: f64| 145.3 * (std::f64::consts::TAU * t / 28.0).sin() + 185.7;
     let rate = |t: f64, u: f64| (tau(t) - 82.3 * u - 309.07 * u * u.abs()) / 841.93;
@@ -69,7 +70,8 @@ fn paper_surge(n: usize, dt: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     (time, u, tau)
 }
 
-/// The reference prints five digits of the errors: 1e-4 relative covers its rounding.
+/// Without noise, the bias of estimates by the trapezoid is that of the reference, which has five
+/// digits: 1e-4 relative covers its rounding.
 #[test]
 fn regress_bias_of_the_trapezoid_without_noise() {
     let Some(path) = shared::path("ode_ref/input_reference.json") else { return };
@@ -93,7 +95,7 @@ fn regress_bias_of_the_trapezoid_without_noise() {
     }
 }
 
-/// ∫u and ∫u|u| of u = U tanh(t/T) by the trapezoid have the error that the reference prints, to its six digits.
+/// ∫u and ∫u|u| of u = U tanh(t/T) by the trapezoid have the error that the reference gives with six digits.
 #[test]
 fn exact_trapezoid_error_of_a_closed_form() {
     let Some(path) = shared::path("ode_ref/input_reference.json") else { return };
@@ -116,7 +118,8 @@ fn exact_trapezoid_error_of_a_closed_form() {
     }
 }
 
-/// Piecewise linear signals on uneven stamps: the trapezoid of what is linear in them is exact, whatever the rows.
+/// For piecewise linear signals on uneven time stamps, the trapezoid of linear terms is exact, for
+/// any division into rows.
 #[test]
 fn exact_rows_add_up_on_uneven_time_of_two_sensors() {
     let model = surge(&["inertia", "linear_drag", "bias"]);
@@ -130,7 +133,7 @@ fn exact_rows_add_up_on_uneven_time_of_two_sensors() {
         let sums: Vec<f64> = columns.columns.iter().map(|c| c.iter().sum()).collect();
         (columns.rows(), sums, columns.rhs.iter().sum::<f64>())
     };
-    // by hand: Δu, ∫u dt, Δt, and ∫τ over the corners of both
+    // by hand: Δu, ∫u dt, Δt, and ∫τ over the nodes of both channels
     let corners = [0.0, 0.25, 0.4, 0.9, 1.1, 1.6, 1.7, 2.0, 2.2];
     let at = |t: f64| {
         let k = command.iter().rposition(|c| *c <= t).unwrap();
@@ -149,7 +152,7 @@ fn exact_rows_add_up_on_uneven_time_of_two_sensors() {
     }
 }
 
-/// A held command changes at its own sample: ∫τ is exact with a step inside a row.
+/// A held command changes at its own sample, so ∫τ is exact with a step inside a row.
 #[test]
 fn exact_held_commands() {
     let mut model = surge(&["inertia"]);
@@ -159,7 +162,8 @@ fn exact_held_commands() {
     assert_eq!(columns.rhs, [2.0, 7.0]);
 }
 
-/// A parameter with a value of its own in each run has a column for each, zero in the rows of the others.
+/// A parameter with a value for each run has a column for each run, which is zero in the rows of
+/// the other runs.
 #[test]
 fn columns_of_several_runs() {
     let mut model = surge(&["inertia", "wave@surge"]);
@@ -185,7 +189,7 @@ fn a_balance_without_a_known_force_is_refused() {
     assert!(error.to_string().contains("no known force"), "{error}");
 }
 
-/// A run in which everything moves, `n` samples at 10 Hz; the command at `rate` Hz.
+/// A run of `n` samples at 10 Hz with varying u, and the command at `rate` Hz.
 fn lively(n: usize, rate: f64) -> Run {
     let time: Vec<f64> = (0..n).map(|k| 0.1 * k as f64).collect();
     let stamps: Vec<f64> = (0..(n as f64 * rate / 10.0) as usize).map(|k| k as f64 / rate).collect();
@@ -194,7 +198,8 @@ fn lively(n: usize, rate: f64) -> Run {
     run(&[("u", &time, u), ("tau_u", &stamps, tau)])
 }
 
-/// Another order of the same rows.
+/// Least squares on folded rows gives the result of the same rows kept in memory; the sums differ
+/// in their order only, so the tolerance is 1e-10.
 #[test]
 fn folded_rows_are_the_rows_that_are_kept() {
     let model = surge(&["inertia", "linear_drag", "quadratic_drag", "bias"]);

@@ -1,4 +1,4 @@
-//! The report of a campaign holds every figure that its data can give, from results alone.
+//! The report of a campaign contains every figure that its data allow, made from results only.
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +53,7 @@ fn a_staged_campaign_shows_towing_beside_propelled_and_the_load_cells() {
         "Nominal and actual thrust in surge",
     ];
     holds(&page, &titles);
-    // the legend of Fig. 8 of the paper, and a stage beside single runs in the forest
+    // the legend of Fig. 8 of the paper, and a stage together with single runs in the forest plot
     for source in
         ["towed", "propelled", "towed, means", "propelled, means", "load cell", "steady clockwise", "surge_1.csv"]
     {
@@ -83,7 +83,7 @@ fn a_fit_of_free_motion_shows_noise_single_runs_and_published_values() {
     assert!(page.contains(">published</text>") && page.contains("300.0 ± 9.0 kg/m"), "the book beside the estimate");
 }
 
-/// Every row of the parameters with a deviation says so itself, and none does where the fit converged.
+/// If the fit did not converge, every row of a free parameter is marked; if it did, none is.
 #[test]
 fn deviations_of_a_fit_that_did_not_converge_are_marked_where_they_stand() {
     let folder = Folder::new("unsettled");

@@ -1,5 +1,5 @@
-//! Refits of the staged procedure, and of thrusters whose curves are uncertain: their scatter is the deviation that a fit
-//! tells.
+//! Refits of the staged procedure, and with uncertain thruster curves: their scatter agrees with
+//! the standard deviations that a fit reports.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions, R
 use hydrosysid::log;
 use hydrosysid::tank::paper_campaign;
 
-/// The paper's campaign in surge and yaw, as files would bring it.
+/// The runs of the paper's campaign in surge and yaw, as a campaign read from files.
 fn paper() -> Campaign {
     let mut campaign = paper_campaign(7, 1.0).expect("it sails");
     let kept = ["bollard_surge", "steady_surge", "steady_yaw", "surge_", "yaw_", "zigzag"];
@@ -32,10 +32,13 @@ fn ratios(campaign: &Campaign, estimator: Estimator, found: &Resampling) -> BTre
     found.parameters.iter().map(of).collect()
 }
 
-/// Through the stages: load cells, steady runs, oscillations and zig-zags made anew by the fitted model, steady runs with a
-/// force of their own each. The deviations of steady stages are widened for their few rows, and 16 draws show a scatter to
-/// a fifth: drag is held to that. The pooled inertia in yaw has a deviation for runs that differ among each other, which
-/// made ones do not; and the model drives no sway, so that made zig-zags show k_uv less than the tank's.
+/// Staged refits of runs that the fitted model generates scatter as the fit reports: load cells,
+/// steady runs with a force of their own each, oscillations and zig-zags. The standard deviations
+/// of steady stages are increased for their few rows, and 16 draws give a scatter to a fifth; the
+/// bounds of drag follow from that. The pooled inertia in yaw has a standard deviation for runs
+/// that differ from each other, which generated runs do not; and the model does not drive sway, so
+/// that generated zig-zags show k_uv less than those of the tank. The bounds of the others are
+/// therefore wide.
 #[test]
 fn staged_refits_of_made_runs_scatter_as_the_fit_says() {
     let campaign = paper();
@@ -55,7 +58,8 @@ fn staged_refits_of_made_runs_scatter_as_the_fit_says() {
         assert!(bounds.contains(ratio), "{name}: {ratio} of {ratios:?}");
     }
     for one in &found.parameters {
-        // bias is what such data is made to show: of drag in yaw, whose two laws take over from each other, a tenth
+        // such data are made to show bias; for drag in yaw, whose two laws compensate each other,
+        // it is a tenth
         assert!((one.mean - one.value).abs() < 4.0 * one.std + 0.15 * one.value.abs(), "{one:?}");
     }
 }
@@ -83,7 +87,8 @@ fn staged_bootstrap_draws_runs_kind_by_kind_and_says_where_they_are_too_few() {
     assert!(error.is_wrong_use() && error.to_string().contains("--monte-carlo"), "{error}");
 }
 
-/// A table of a thruster with 5 % of noise, and a vehicle that it drives: the drag hangs on the curve more than on the log.
+/// A campaign with a thruster table of 5 % noise and one run of a vehicle that the thruster drives:
+/// the uncertainty of the drag comes from the thrust curve more than from the log.
 fn with_a_table() -> std::path::PathBuf {
     let folder = std::env::temp_dir().join(format!("hydrosysid-resampling-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
@@ -122,7 +127,8 @@ fn with_a_table() -> std::path::PathBuf {
     folder
 }
 
-/// The curve's part is most of the deviation here, so that refits without it would scatter by a fraction.
+/// Refits draw the thrust curve as well. The curve causes most of the standard deviation here, so
+/// that refits without it scatter by a fraction.
 #[test]
 fn refits_draw_the_curves_of_thrusters() {
     let folder = with_a_table();
@@ -144,7 +150,8 @@ fn refits_draw_the_curves_of_thrusters() {
         let (found, without) = (refits(&campaign), refits(&known));
         let (with, without) = (ratios(&campaign, estimator, &found), ratios(&campaign, estimator, &without));
         let drag = with.keys().find(|name| name.starts_with("quadratic")).expect("it is there").clone();
-        // 100 draws show a deviation to 7 %, bent curves and stretches that are few of them more
+        // 100 draws give a standard deviation to 7 %; the curvature of the curve and the few
+        // stretches add to that
         assert!((0.7..1.4).contains(&with[&drag]), "{estimator:?} {method:?}: {with:?}");
         assert!(without[&drag] < 0.6 * with[&drag], "{estimator:?} {method:?}: {without:?} against {with:?}");
     }

@@ -1,4 +1,4 @@
-//! The page on results knows every key that a verb writes as JSON.
+//! The page on results describes every key that a verb writes as JSON.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ impl Drop for Folder {
     }
 }
 
-/// Keys of all tables in it but those that are names of channels, degrees of freedom and terms.
+/// Collects the keys of all tables in `value`, except names of channels, degrees of freedom and terms.
 fn keys(value: &Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(table) => {

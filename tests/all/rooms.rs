@@ -1,10 +1,11 @@
-//! The rooms of the house: each reads only rooms above it, so that a reader can go from top to bottom.
+//! Layers of the modules: each module uses only modules of earlier layers, so that the code can be
+//! read in order.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Rooms in order. Those in one line stand side by side: none of them reads the others.
+/// Modules in order of their layers. Those on one line are of the same layer and do not use each other.
 const FLOORS: &[&[&str]] = &[
     &["units", "noise", "progress", "spreadsheet", "text_file", "atomic_file", "simd", "wording", "eigenvalues"],
     &["frame", "finding", "nearest", "least_squares"],
@@ -40,7 +41,7 @@ fn floor(room: &str) -> usize {
     found.unwrap_or_else(|| panic!("the room `{room}` has no floor yet: say in this list where it stands"))
 }
 
-/// The files of Rust in a folder and below it.
+/// Appends the Rust files of a folder and its subfolders to `list`.
 pub fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("src can be read") {
         let path = entry.expect("src can be read").path();
@@ -52,7 +53,7 @@ pub fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
     }
 }
 
-/// Rooms named by `crate::room` or, in groups, by `crate::{room, …}`, before the tests of the file.
+/// Modules that a file uses as `crate::room` or, in groups, as `crate::{room, …}`, outside its tests.
 fn rooms_read(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
     let code: String = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();

@@ -1,5 +1,5 @@
-//! How a log is written says nothing about the vehicle: order of rows and columns, line ends and units leave every
-//! estimate as it is.
+//! The form of a log does not change the estimates: neither the order of rows and columns, nor line
+//! ends, nor units.
 
 #![allow(clippy::unwrap_used)] // tests, and the small functions they share
 
@@ -12,7 +12,7 @@ use hydrosysid::log::{LogOptions, PLANAR, read_from};
 use hydrosysid::run::Run;
 use proptest::prelude::*;
 
-/// Values of the parameters, each estimator after the other.
+/// Values of the parameters by each estimator in turn.
 fn estimates(bytes: &[u8], options: &str) -> Vec<f64> {
     let options: LogOptions = toml::from_str(options).unwrap();
     let log = read_from(bytes, "f.csv", &options, &PLANAR).unwrap();
@@ -28,7 +28,7 @@ fn estimates(bytes: &[u8], options: &str) -> Vec<f64> {
         .collect()
 }
 
-/// A unit of a column: its name, and how many of it make one of the unit that the column has without one.
+/// A unit of a column: its name in the header, and how many of it make one default unit of the column.
 type Unit = (&'static str, f64);
 
 const VELOCITY: &[Unit] = &[("", 1.0), (" [m/s]", 1.0), (" [mm/s]", 1e3), (" [cm/s]", 1e2), (" [kn]", 3600.0 / 1852.0)];
@@ -54,7 +54,7 @@ proptest! {
         let unit = |c: usize| UNITS[c][units[c] % UNITS[c].len()];
         let mut lines = vec![columns.iter().map(|c| format!("{}{}", PLANAR[*c], unit(*c).0)).collect::<Vec<_>>().join(",")];
         for row in &rows {
-            // all digits: of a converted value only the last one is rounding
+            // written with all digits, so that only the last digit of a converted value is rounded
             let cell = |c: &usize| (plain[row - 1][*c] * unit(*c).1).to_string();
             lines.push(columns.iter().map(cell).collect::<Vec<_>>().join(","));
         }

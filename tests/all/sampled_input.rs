@@ -1,6 +1,6 @@
-//! Inputs that are given as samples: what a step reads at its beginning, middle and end decides the order. Both classic
-//! mistakes (the last stage of a held input reads the next sample; the middle stages read the left one) cost an order
-//! and show here.
+//! Inputs that are given as samples: the values that a step reads at its beginning, middle and end
+//! determine the order of the scheme. Both classic mistakes (the last stage of a held input reads
+//! the next sample; the middle stages read the left one) reduce the order and would show here.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use hydrosysid::run::{Run, Signal};
 use hydrosysid::simulate::{Track, free_run};
 use serde_json::Value;
 
-/// Mass, linear and quadratic drag in one degree of freedom.
+/// A model of inertia, linear and quadratic drag in one degree of freedom, with these values.
 fn model(dof: Dof, values: [f64; 3]) -> Model {
     let effects = ["inertia", "linear_drag", "quadratic_drag"];
     let mut model = Model::with_effects(&[dof], Coriolis::Tied, &effects).expect("catalogue effects");
@@ -29,7 +29,7 @@ fn laurs() -> Model {
     model(Dof::Surge, [841.93, 82.3, 309.07])
 }
 
-/// Velocity at the instants of the samples, from rest, each interval in `substeps`.
+/// Velocity at the sample instants, from rest, with `substeps` steps in each interval.
 fn simulate(model: &Model, time: &[f64], tau: &[f64], input: Interpolation, substeps: f64) -> Vec<f64> {
     let dof = model.dofs[0];
     let stamps: Arc<[f64]> = time.into();
@@ -53,7 +53,8 @@ fn worst(found: &[f64], exact: &[f64]) -> f64 {
     found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// 64 steps a sample: 16 leave up to 5e-10 here, and the fourth order makes that 2e-12.
+/// Motion under held and under linear samples agrees with the reference. With 16 steps per sample
+/// the error is up to 5e-10 here; with 64, by the fourth order, 2e-12.
 #[test]
 fn exact_held_and_linear_samples() {
     let Some(file) = read("input_reference.json") else { return };
@@ -87,8 +88,9 @@ fn at_28_s(n: usize, input: Interpolation, substeps: f64) -> f64 {
     simulate(&laurs(), &time, &tau, input, substeps)[n]
 }
 
-/// Errors against the continuous input (order 1 held, 2 linear) and against the exact sampled problem (order 4 both) are
-/// those that a right scheme was measured to have, to the digits that are printed (1 %).
+/// Errors relative to the continuous input (order 1 if held, 2 if linear) and to the exact sampled
+/// problem (order 4 for both) are those of a correct scheme in the reference, to its printed digits
+/// (1 %).
 #[test]
 fn exact_orders_of_sampled_inputs() {
     let Some(file) = read("input_reference.json") else { return };
@@ -98,19 +100,20 @@ fn exact_orders_of_sampled_inputs() {
         let Value::Object(table) = &tables[table] else { panic!("the table {table} is there") };
         for (n, expected) in numbers(&table["n"]).into_iter().zip(numbers(&table["error"])) {
             let found = error(n as usize);
-            // below that it is rounding over some hundred steps
+            // 2e-14 is the rounding over some hundred steps
             assert!((found - expected).abs() < 0.01 * expected + 2e-14, "{n} samples: {found} against {expected}");
         }
     };
     use Interpolation::{Hold, Linear};
     hold("ZOH, held over step, vs continuous input", &|n| (at_28_s(n, Hold, 1.0) - continuous).abs());
     hold("linear interpolation vs continuous input", &|n| (at_28_s(n, Linear, 1.0) - continuous).abs());
-    // with 32 steps a sample the sampled problem itself is solved to 1e-6 of the error of one step
+    // with 32 steps per sample, the sampled problem is solved to 1e-6 of the error of one step
     hold("ZOH, held over step, vs exact ZOH problem", &|n| (at_28_s(n, Hold, 1.0) - at_28_s(n, Hold, 32.0)).abs());
     hold("linear interpolation vs exact FOH problem", &|n| (at_28_s(n, Linear, 1.0) - at_28_s(n, Linear, 32.0)).abs());
 }
 
-/// Steps shorter than the samples: errors on a log of 28 samples, measured against 64 steps a sample.
+/// With several steps per sample, the errors on a log of 28 samples, relative to 64 steps per
+/// sample, are those of the reference.
 #[test]
 fn exact_substeps_on_a_fixed_log() {
     let Some(file) = read("input_reference.json") else { return };
@@ -119,7 +122,7 @@ fn exact_substeps_on_a_fixed_log() {
         let exact = at_28_s(28, input, 64.0);
         for (parts, expected) in numbers(&table["substeps"]).into_iter().zip(numbers(&table["error"][name])) {
             let found = (at_28_s(28, input, parts) - exact).abs();
-            // the reference of 64 steps has itself 1/256 of the error of 16
+            // the solution with 64 steps itself has 1/256 of the error of 16
             assert!((found - expected).abs() < 0.01 * expected + 1e-14, "{name}, {parts}: {found} against {expected}");
         }
     }

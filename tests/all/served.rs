@@ -1,4 +1,4 @@
-//! A server of the page on a folder of its own, spoken to over a socket.
+//! A server of the page on its own folder, addressed over a socket.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use hydrosysid::view::{View, ViewOptions};
 use serde_json::{Value, json};
 
-/// A server on a folder of its own; both are gone when it is dropped.
+/// A server on its own folder; both end when it is dropped.
 pub struct Served {
     pub folder: PathBuf,
     view: Arc<View>,
@@ -49,11 +49,11 @@ impl Served {
         (host.to_string(), token.to_string())
     }
 
-    /// Sends a request as it stands.
+    /// Sends a raw request and returns the answer.
     pub fn send(&self, text: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(self.place().0).expect("the server listens");
         stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket has a time limit");
-        // a server that has read enough may say no before everything is sent
+        // the server may refuse before everything is sent
         let _ = stream.write_all(text);
         let mut bytes = Vec::new();
         let _ = stream.read_to_end(&mut bytes);
@@ -63,7 +63,7 @@ impl Served {
         Answer { status, head: head.to_string(), body: body.to_string() }
     }
 
-    /// A request with these headers besides `Connection`.
+    /// Sends a request with these headers in addition to `Connection` and `Content-Length`.
     pub fn request(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
         let mut text = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
         for (name, value) in headers {
@@ -83,7 +83,7 @@ impl Served {
         self.request("POST", path, &[("Host", &host), ("X-Hydrosysid-Token", &token)], body)
     }
 
-    /// A request that is to be done.
+    /// Posts a request that must succeed.
     pub fn done(&self, path: &str, body: &Value) -> Value {
         let answer = self.post(path, body.to_string().as_bytes());
         assert_eq!(answer.status, 200, "{path}: {}", answer.body);
@@ -94,7 +94,7 @@ impl Served {
         fs::read_to_string(self.folder.join("campaign.toml")).expect("the campaign is there")
     }
 
-    /// The first fit of the campaign as it is now.
+    /// The first fit of the campaign in its current state.
     pub fn looked(&self) -> Value {
         let stamp = self.get("/api/progress").json()["stamp"].clone();
         self.done("/api/fit", &json!({}));
@@ -107,7 +107,7 @@ impl Served {
         }
     }
 
-    /// Waits until a piece of work is done; how far it is then.
+    /// Waits until a task has ended, and returns its progress.
     pub fn wait(&self, work: &str) -> Value {
         let begun = Instant::now();
         loop {

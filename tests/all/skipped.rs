@@ -1,13 +1,13 @@
-//! A test without its reference data says so, and fails where the data has to be at hand.
+//! A test without its reference data reports that it was skipped, and fails if `CI` is `true`.
 
 use std::process::{Command, Output};
 
 use crate::shared;
 
-/// Runs the test below in a process of its own, with this environment.
+/// Runs the test below in a separate process with this environment.
 fn run(environment: &[(&str, &str)]) -> Output {
     let mut command = Command::new(std::env::current_exe().expect("this is a program"));
-    // it stands beside the test that runs now
+    // it is in the same module as the current test
     let here = std::thread::current().name().expect("a test has a name").to_string();
     let name = here.replace("absence_is_said_and_in_ci_a_failure", "reads_reference_data");
     command.args(["--exact", &name, "--ignored", "--test-threads=1"]);

@@ -1,6 +1,7 @@
-//! The staged procedure against the truth: on the independent plant (`plant/`), and on the paper's campaign, sailed in the
-//! virtual tank, each estimate against its own run's truth and the cautionary twin beside it. `make staged` does the latter
-//! over fifty seeds and writes `docs/staged.md`.
+//! The staged procedure compared with the truth: on the independent plant (`plant/`), and on the
+//! paper's campaign in the virtual tank, each estimate with the truth of its own run, together with
+//! the all-at-once twin. `make staged` does the latter over fifty seeds and writes
+//! `docs/staged.md`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,8 +15,9 @@ use hydrosysid_plant::{Campaign as Sea, Dof, Manoeuvre, Suite, Vehicle};
 
 use crate::table;
 
-/// Constant speeds, oscillations and zig-zags of the independent plant, its coefficients drawn anew, with this noise in units
-/// of the ordinary one (5 mm/s, 3 mrad/s). Each parameter of the staged fit: name, value, deviation, truth.
+/// Name, value, standard deviation and true value of each parameter of a staged fit of constant
+/// speeds, oscillations and zig-zags of the independent plant. Its coefficients are drawn by the
+/// seed; `noise` is in units of the ordinary noise (5 mm/s, 3 mrad/s).
 fn of_the_plant(noise: f64, seed: u64) -> Vec<(String, f64, f64, f64)> {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Dof::PLANE);
     let constant = |dof: Dof, shares: &[f64]| shares.iter().map(|share| Manoeuvre::Constant(dof, *share)).collect();
@@ -32,7 +34,7 @@ fn of_the_plant(noise: f64, seed: u64) -> Vec<(String, f64, f64, f64)> {
     sailed.write(&folder).expect("the folder can be written");
     let file = folder.join("campaign.toml");
     let text = std::fs::read_to_string(&file).expect("it was written");
-    // every run takes part, and the procedure estimates a Coriolis coefficient as one of its own
+    // every run takes part, and the procedure estimates Coriolis coefficients as free parameters
     let text = text.replace("\"validate\"", "\"train\"").replace("coriolis = \"tied\"", "coriolis = \"free\"");
     std::fs::write(&file, text).expect("it can be written");
     let campaign = Campaign::load(&file, LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
@@ -43,8 +45,9 @@ fn of_the_plant(noise: f64, seed: u64) -> Vec<(String, f64, f64, f64)> {
     found.map(|p| (p.term.clone(), p.value, p.std.expect("it has a deviation"), truth(&p.term))).collect()
 }
 
-/// Without noise steady speeds tell the drag to what is left of the acceleration, and integrals over 0.1 s the inertias to
-/// what the trapezoid leaves of held commands.
+/// Without noise, the drag from steady speeds is exact up to the remaining acceleration, and the
+/// inertias from integrals over 0.1 s up to the error of the trapezoid for held commands: both
+/// within 0.1 %.
 #[test]
 fn exact_staged_estimates_of_the_plant() {
     let found = of_the_plant(0.0, 1);
@@ -54,8 +57,9 @@ fn exact_staged_estimates_of_the_plant() {
     }
 }
 
-/// Twelve coefficients of ten vehicles, within two deviations as the paper's table counts: 114 of 120 are expected of normal
-/// estimates with right deviations, and fewer than 108 have a chance of 1 in 100.
+/// Twelve coefficients of ten vehicles lie within two standard deviations of the truth, as counted
+/// in the paper's table. Of normal estimates with correct standard deviations, 114 of 120 do so on
+/// average, and fewer than 108 with a probability of 1 in 100.
 #[test]
 fn law_staged_estimates_hold_the_truth_of_the_plant() {
     let all: Vec<_> = (1..=10).flat_map(|seed| of_the_plant(1.0, seed)).collect();
@@ -65,10 +69,11 @@ fn law_staged_estimates_hold_the_truth_of_the_plant() {
     assert!(off.iter().all(|(_, z)| z.abs() < 5.0), "{outside:?}");
 }
 
-/// Seeds of this test; the fifty of the table are others.
+/// Seeds of these tests, which the table does not use.
 const SEEDS: std::ops::Range<u64> = 1000..1006;
 
-/// Ninety in a hundred is asked; a normal estimate with a right deviation has 95.
+/// At least 90 % of the estimates lie within two standard deviations of the truth of their own run;
+/// for normal estimates with correct standard deviations it would be 95 %.
 #[test]
 fn law_staged_estimates_hold_the_truth_of_their_own_run() {
     let options = StagedOptions::default();
@@ -89,8 +94,9 @@ fn law_staged_estimates_hold_the_truth_of_their_own_run() {
     assert!(10 * inside >= 9 * count, "{inside} of {count} inside:\n{}", told.join("\n"));
 }
 
-/// The twin: an absurd value although the simulated error is no worse than twice that of the staged balance, in all of
-/// these campaigns but at most one; `docs/staged.md` counts it over fifty, for several filters.
+/// In all of these campaigns but at most one, the twin has an absurd value although its simulated
+/// error is at most twice that of the staged balance. `docs/staged.md` counts this over fifty seeds
+/// and several filters.
 #[test]
 fn law_the_twin_simulates_well_with_absurd_values() {
     let options = StagedOptions::default();

@@ -1,4 +1,5 @@
-//! The options of the staged procedure act, its stages hand their uncertainty on, and losses of thrust are found.
+//! The options of the staged procedure have an effect, its stages propagate their uncertainty, and
+//! losses of thrust are found.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +17,7 @@ use hydrosysid::tank::{Noise, PaperCampaign, paper_campaign};
 use hydrosysid::thrust::efficiency::Efficiency;
 use hydrosysid::vehicle::{Vehicle, Water};
 
-/// The runs in surge and yaw, two of each kind where there are more: what the options are about.
+/// A part of the paper's campaign in surge and yaw, with the kinds of runs on which the options act.
 fn short() -> PaperCampaign {
     let campaign = paper_campaign(7, 1.0).unwrap();
     let kept = |name: &str| {
@@ -118,11 +119,11 @@ fn stages_hand_on_their_covariance() {
         assert!((c[k][k].sqrt() - std).abs() <= 1e-9 * std, "{}: {} against {std}", p.spec.name, c[k][k].sqrt());
         for j in 0..c.len() {
             assert_eq!(c[k][j].to_bits(), c[j][k].to_bits(), "symmetric");
-            // a correlation is at most 1, but for the bend of the delta method
+            // a correlation is at most 1, apart from the error of linearisation
             assert!(c[k][j].abs() <= 1.001 * (c[k][k] * c[j][j]).sqrt(), "{} {}", p.spec.name, j);
         }
     }
-    // the held drag is seen in the inertia that was found with it: an earlier stage in a later one
+    // the inertia was estimated with the drag of an earlier stage, so both are correlated
     let correlation = |a: &str, b: &str| c[at(a)][at(b)] / (c[at(a)][at(a)] * c[at(b)][at(b)]).sqrt();
     for dof in ["surge", "yaw"] {
         let carried =
@@ -132,7 +133,7 @@ fn stages_hand_on_their_covariance() {
     assert!(c[at("inertia@surge")][at("quadratic_drag@yaw")].abs() < 1e-6, "apart");
 }
 
-/// A towing run at 1, 2, … decimetres a second, with and without thrust.
+/// A towing run at `speed`, m/s, with `thrust`, N.
 fn towing(speed: f64, thrust: f64) -> Run {
     let time: Arc<[f64]> = (0..=200).map(|k| 0.1 * f64::from(k)).collect();
     let drag = 300.0 * speed * speed + 80.0 * speed;
@@ -154,15 +155,15 @@ fn exact_loss_by_advance_from_powered_towing() {
     let bench = Bench { vehicle: &vehicle, water: &water, efficiency: &efficiency, thrusters: &[], curves: &[] };
     let result = staged(&runs, &model, bench, &StagedOptions::default()).unwrap();
     let line = result.efficiency.eta_adv.unwrap();
-    // the data is exact: rounding alone
+    // the data are exact; the tolerance is for rounding
     assert!((line.slope + 0.1946).abs() < 1e-9 && (line.intercept - 0.9967).abs() < 1e-9, "{line:?}");
     assert!((line.valid[0] - 0.2).abs() < 1e-12 && (line.valid[1] - 0.8).abs() < 1e-12);
     assert!((value(&result, "towing", Dof::Surge, "k_u|u|") - 300.0).abs() < 1e-6);
     assert_eq!(result.stage("advance", Dof::Surge).unwrap().rows, 4);
 }
 
-/// Every towing run has an error of its own in its load cell: 3 N without thrust, so that the line rests on the drag, and
-/// 0.5 N with it.
+/// Towing runs with a random offset of the load cell in each: 3 N without thrust, so that the
+/// uncertainty of the line comes from the drag, and 0.5 N with thrust.
 fn noisy_tows(seed: u64) -> Vec<Run> {
     let mut noise = Noise::new(seed, 1);
     let speeds = (0..16).map(|k| 0.2 + 0.05 * f64::from(k));
@@ -180,9 +181,11 @@ fn noisy_tows(seed: u64) -> Vec<Run> {
     runs
 }
 
-/// Over 200 campaigns the scatter of slope and intercept is their deviation: known to 5 %, of 16 rows each deviation to
-/// 20 %, and widened by some 8 % for so few rows. Without the drag's part it would be a fraction of it. Intervals of two
-/// deviations hold 95 %; 90 is three standard errors below.
+/// Over 200 campaigns, the scatter of slope and intercept agrees with their reported standard
+/// deviations, which include the uncertainty of the towed drag; without it they would be a fraction
+/// of the scatter. The scatter is known to 5 %, each standard deviation of 16 rows to 20 %; reported
+/// standard deviations are increased by about 8 % for so few rows. Intervals of two standard
+/// deviations cover 95 %; 90 % is three standard errors below that.
 #[test]
 fn law_deviations_of_eta_adv_hold_what_the_towed_drag_leaves() {
     let model =
@@ -199,7 +202,7 @@ fn law_deviations_of_eta_adv_hold_what_the_towed_drag_leaves() {
             deviations[k].push(line.estimates[k].std);
             assert_eq!(line.estimates[k].std.to_bits(), line.covariance[k][k].sqrt().to_bits());
         }
-        // the towed drag is held, and correlated with what rests on it
+        // the towed drag has a variance in the covariance of the result
         let drag = result.model.parameter_of("quadratic_drag@surge").unwrap();
         assert!(result.covariance[drag][drag] > 0.0);
     }

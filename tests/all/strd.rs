@@ -1,7 +1,8 @@
-//! NIST's reference sets for linear least squares, and matrices of known condition.
+//! NIST's reference sets for linear least squares, and matrices of known condition number.
 //!
-//! The solver is judged on the problem that doubles hold (`exact_float64_design`, solved with rational numbers). What is
-//! left against NIST's own decimals is the rounding of powers to doubles, which no program can undo.
+//! The solver is compared with the exact solution of the problem as rounded to doubles
+//! (`exact_float64_design`, solved with rational numbers). The remaining difference to NIST's
+//! certified decimals is the rounding of powers to doubles, which no program can undo.
 
 use std::path::Path;
 
@@ -27,7 +28,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(number).collect()
 }
 
-/// Correct digits, at most 16: −log₁₀ of the relative error, of the error itself where the true value is 0.
+/// Correct digits, at most 16: −log₁₀ of the relative error, or of the absolute error if the true value is 0.
 fn digits(found: f64, exact: f64) -> f64 {
     let error = if exact == 0.0 { found.abs() } else { ((found - exact) / exact).abs() };
     (-error.log10()).clamp(0.0, 16.0)
@@ -38,7 +39,7 @@ fn fewest_digits(found: &[f64], exact: &[f64]) -> f64 {
     found.iter().zip(exact).map(|(f, e)| digits(*f, *e)).fold(16.0, f64::min)
 }
 
-/// Columns of the design and, last, y.
+/// Columns of the design, followed by y.
 fn design(folder: &Path, set: &str) -> Vec<Vec<f64>> {
     let mut reader = csv::Reader::from_path(folder.join(format!("{set}_design.csv"))).expect("the design is there");
     let mut columns = vec![Vec::new(); reader.headers().expect("a header").len()];
@@ -70,11 +71,12 @@ fn exact_solution_of_all_sets_to_the_last_digits() {
         let r2 = digits(fit.r_squared, number(&exact["r_squared"]));
         println!("{set:9} refined: β {beta:.1}, σ_θ {sd:.1}, σ {rsd:.1}, R² {r2:.1}");
         assert!(fit.refined, "{set}");
-        // correctly rounded results have at least 15.65 digits; σ_θ is a root and two products away from that
+        // correctly rounded results have at least 15.65 digits; σ_θ needs a root and two products more
         assert!(beta >= 15.6, "{set}: β to {beta} digits");
         assert!(sd >= 15.0, "{set}: σ_θ to {sd} digits");
         assert!(rsd >= 15.0, "{set}: σ to {rsd} digits");
-        // the total sum of squares is not refined: n roundings, and for R² near 0 (Wampler 5) 1 − R² is what is exact
+        // the total sum of squares is not refined and has n roundings; for R² near 0 (Wampler 5),
+        // 1 − R² is the exact quantity
         assert!(r2 >= 13.5, "{set}: R² to {r2} digits");
         let kind = if set.starts_with("NoInt") { RSquared::Uncentred } else { RSquared::Centred };
         assert_eq!(fit.r_squared_kind, kind, "{set}");
@@ -91,8 +93,8 @@ fn plain_qr_loses_the_digits_of_the_condition() {
         let beta = fewest_digits(&fit.coefficients, &numbers(&exact["coefficients"]));
         let sd = fewest_digits(&fit.standard_errors, &numbers(&exact["standard_deviations"]));
         println!("{set:9} plain: β {beta:.1}, σ_θ {sd:.1}");
-        // ε κ of the greatest |θⱼ||hⱼ|, at least |y|/p, so that small coefficients lose more; ε κ² |e| where residuals are
-        // great (Wampler 4 and 5); 1.5 digits for n and p
+        // the error is ε κ of the largest |θⱼ||hⱼ|, at least |y|/p, so that small coefficients lose
+        // more digits; ε κ² |e| if residuals are large (Wampler 4 and 5); 1.5 digits for n and p
         let columns = design(&folder, set);
         let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let parts: Vec<f64> = fit.coefficients.iter().zip(&columns).map(|(t, h)| t.abs() * length(h)).collect();
@@ -114,7 +116,7 @@ fn exact_decimals_of_nist_as_far_as_doubles_hold_them() {
         let exact = &truth[set]["certified"];
         let beta = fewest_digits(&fit.coefficients, &numbers(&exact["coefficients"]));
         println!("{set:9} against NIST: β {beta:.1}");
-        // powers of x rounded to doubles: Filip holds 7.66 digits, the others 13 and more
+        // with powers of x rounded to doubles, Filip has 7.66 digits, the others 13 or more
         assert!(beta >= if set == "Filip" { 7.6 } else { 13.0 }, "{set}: {beta}");
     }
 }
@@ -128,9 +130,10 @@ fn exact_condition_numbers_of_all_sets() {
         let raw = fit.condition_number / number(&truth[set]["cond2_H_float64_design"]).powi(2) - 1.0;
         let scaled = fit.condition_number_scaled / number(&truth[set]["cond2_H_unit_columns"]) - 1.0;
         println!("{set:9} cond(HᵀH) {raw:.1e}, scaled {scaled:.1e}");
-        // ε κ of the scaled columns at most: 1.2e-6 for Filip, of which some part comes true
+        // at most ε κ of the scaled columns, 1.2e-6 for Filip; the actual error is a part of that
         assert!(raw.abs() < 1e-6, "{set}: {raw}");
-        // Filip's reference is that of the decimals, whose σ_min differs by 2.5e-9 from that of the doubles
+        // the reference of Filip is that of the decimals, whose σ_min differs by 2.5e-9 from that
+        // of the doubles
         assert!(scaled.abs() < 1e-6, "{set}: {scaled}");
     }
 }
@@ -167,12 +170,12 @@ fn exact_condition_numbers_of_lauchli_and_hilbert() {
     }
     for case in truth["hilbert"].as_array().unwrap() {
         let n = case["n"].as_u64().unwrap() as usize;
-        // a row of zeros does not change the singular values, and makes more rows than unknowns
+        // a row of zeros does not change the singular values, and gives more rows than unknowns
         let columns: Vec<Vec<f64>> =
             (0..n).map(|j| (0..=n).map(|i| if i == n { 0.0 } else { 1.0 / (i + j + 1) as f64 }).collect()).collect();
         let exact = number(&case["cond2"]);
         match condition(&columns) {
-            // entries that are rounded change σ_min by ε κ already, that of HᵀH by twice as much
+            // the rounding of the entries already changes σ_min by ε κ, that of HᵀH by twice as much
             Ok(found) => {
                 let (error, limit) = (found.sqrt() / exact - 1.0, f64::EPSILON * exact);
                 println!("Hilbert {n}: {error:.1e}");

@@ -1,5 +1,6 @@
-//! A thruster on real data: the T200 of Blue Robotics at bollard pull, six supply voltages, 201 rows each; and its dynamics
-//! on a bench, square waves and a sine sweep to 10 Hz at 500 Hz.
+//! Real data of a thruster, the T200 of Blue Robotics: bollard pull at six supply voltages with 201
+//! rows each, and dynamics on a test stand, with square waves and a sine sweep to 10 Hz, sampled at
+//! 500 Hz.
 
 use hydrosysid::campaign::{self, Bench, Campaign, LoadOptions};
 use hydrosysid::thrust::bollard::{Bollard, CurveOptions, DeadBand};
@@ -7,7 +8,7 @@ use hydrosysid::thrust::fit::{CurveFit, DirectionFit, fit_curve};
 
 use crate::shared;
 
-/// Command, force and supply voltage of the rows at these supply voltages; `None` where the data is not at hand.
+/// Rows of the bollard data: command, force, N, and supply voltage, V.
 struct Table {
     command: Vec<f64>,
     force: Vec<f64>,
@@ -63,7 +64,8 @@ fn regress_curve_at_16_volts() {
 
 #[test]
 fn regress_dead_band_at_every_voltage() {
-    // found by this fit: 0.115 at 10 V down to 0.028 at 20 V, where the real curve's shape leaves little to gain
+    // found by this fit: 0.115 at 10 V down to 0.028 at 20 V, where the real curve's shape leaves
+    // little to gain
     let found = [0.115, 0.103, 0.094, 0.087, 0.065, 0.028];
     for (voltage, found) in VOLTAGES.into_iter().zip(found) {
         let Some(table) = table(&[voltage]) else { return };
@@ -85,16 +87,17 @@ fn regress_supply_exponent() {
     let Some(table) = table(&VOLTAGES) else { return };
     let with = fit(&table, DeadBand::Fitted);
     let exponent = with.exponent.expect("six voltages");
-    // force at full command grows from 28.7 N at 10 V to 65.9 N at 20 V: ln 2.296/ln 2 = 1.20; over all commands less
+    // the force at full command grows from 28.7 N at 10 V to 65.9 N at 20 V: ln 2.296/ln 2 = 1.20;
+    // less over all commands
     assert!((0.9..1.2).contains(&exponent.value), "{exponent:?}");
     let blind = Bollard { command: &table.command, force: &table.force, supply: None };
     let options = CurveOptions { deadband: DeadBand::Fitted, ..CurveOptions::default() };
     let blind = fit_curve(&blind, &options).expect("an ordinary thruster");
-    // ignoring the battery is an error of tens of per cent
+    // ignoring the supply voltage causes an error of tens of per cent
     assert!(blind.forward.residual_std > 5.0 * with.forward.residual_std);
 }
 
-/// The bench runs of these files, fitted together; `None` where the data is not at hand.
+/// The bench runs of these files, fitted together; `None` if the data is not available.
 fn bench(files: &[&str]) -> Option<Bench> {
     let folder = shared::path("realdata/t200-dynamic/README.md")?.parent().expect("a folder").to_path_buf();
     let runs: String = files
@@ -127,24 +130,24 @@ fn regress_dynamics_on_the_bench() {
     let fit = &thruster.fit;
     println!("{fit:#?}");
     assert!(fit.converged && fit.explained > 0.82, "{fit:?}");
-    // the force begins to rise 6 to 10 ms behind an edge, by eye
+    // read by eye, the force begins to rise 6 to 10 ms after an edge
     assert!((0.004..0.010).contains(&fit.delay.value) && fit.delay.std < 0.002, "{:?}", fit.delay);
-    // steady at 1900 us some 46 N above the zero, at 1600 us 5 N
+    // steady forces are about 46 N above zero at 1900 us, and 5 N at 1600 us
     let [forward, _] = fit.coefficients().expect("it ran ahead");
     let thrust = |n: f64| forward.a * n * n + forward.b * n;
     assert!((38.0..50.0).contains(&(thrust(1.0) - thrust(0.25))), "{forward:?}");
-    // no command comes near rest: what the lag is there is not told
+    // no command is near rest, so the lag there is not estimated
     assert!(fit.lag.is_none() && fit.lag_slope.is_none());
     for (command, lag) in &fit.lag_at {
         assert!(lag.std.is_finite() && lag.value < 0.05, "{command}: {lag:?}");
     }
-    // a rotor that turns slowly is the slower one: Yoerger et al. (1990)
+    // the lag is longer at low speeds of the rotor: Yoerger et al. (1990)
     assert!(fit.lag_at[0].1.value > fit.lag_at[2].1.value, "{:?}", fit.lag_at);
-    // the bench rings between 20 and 45 Hz, as its spectrum shows
+    // the test stand rings between 20 and 45 Hz, as its spectrum shows
     let [frequency, damping] = fit.ringing.expect("it rings");
     assert!((20.0..45.0).contains(&frequency.value) && damping.value < 0.4, "{frequency:?} {damping:?}");
     assert!(thruster.tables.contains("dead time") && thruster.tables.contains("at a command of 1.00"));
-    // into a file that extends a vehicle and reads as one
+    // the result is written as a vehicle file that extends a known vehicle, and is read again
     let known = campaign::vehicle("bluerov2").expect("it comes with the program");
     let place = std::env::temp_dir().join(format!("hydrosysid-t200-vehicle-{}.toml", std::process::id()));
     let made = campaign::bench_vehicle(&found, &known, &place).expect("six thrusters");
@@ -152,6 +155,6 @@ fn regress_dynamics_on_the_bench() {
     let own =
         campaign::vehicle(place.to_str().expect("a path in letters")).unwrap_or_else(|e| panic!("{e}\n{}", made.text));
     std::fs::remove_file(&place).expect("it was there");
-    // the file has three digits behind the point
+    // the file has three digits after the decimal point
     assert!(own.file.thrusters.iter().all(|t| (t.forward.a - forward.a).abs() < 1e-3), "{}", made.text);
 }

@@ -1,4 +1,4 @@
-//! Manners of the command: plots in the terminal, colours, completions, manual page.
+//! Terminal output of the command: plots, colours, completions, manual page.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};

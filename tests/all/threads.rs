@@ -1,4 +1,4 @@
-//! Results do not depend on the number of threads: the same bits with one and with two.
+//! Results do not depend on the number of threads: they are the same to the bit with one and with two.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use hydrosysid::model::Model;
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::tank::{Blind, BlindOptions, Hidden, blind};
 
-/// What `work` says of its results with one thread, which must be what it says with two.
+/// The text that `work` returns with one thread; asserts that it is the same with two.
 fn alike(work: impl Fn() -> String + Sync) -> String {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -23,7 +23,7 @@ fn alike(work: impl Fn() -> String + Sync) -> String {
     one
 }
 
-/// Numbers by their bits.
+/// The bits of numbers as text.
 fn bits(values: &[f64]) -> String {
     values.iter().map(|x| format!("{:016x} ", x.to_bits())).collect()
 }
@@ -37,7 +37,7 @@ fn campaign(duration: f64) -> (Blind, Model, OutputErrorOptions) {
 
 #[test]
 fn exact_regressors_and_tall_least_squares() {
-    // long enough for several parts of columns and of the fold
+    // long enough for several blocks of columns and of the fold
     const ROWS: usize = 80_000;
     let time: Arc<[f64]> = (0..ROWS).map(|k| 0.1 * k as f64).collect();
     let mut run = Run::default();
@@ -85,7 +85,7 @@ fn exact_discovery() {
     let options = FilterErrorOptions { base, ..FilterErrorOptions::default() };
     let found = alike(|| {
         let found = discover(&model, &campaign.runs, &[], &options, &SearchOptions::default()).expect("a fit");
-        // doubles are printed so that they are read back as they are
+        // doubles are printed with all digits, so that equal text means equal bits
         serde_json::to_string(&found).expect("JSON")
     });
     assert!(found.contains("verdict"));

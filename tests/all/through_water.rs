@@ -1,12 +1,13 @@
-//! Velocities through the water, as a log wheel or a water-tracking DVL tells them: `velocity_reference = "water"`, on the plant in
-//! a current.
+//! Velocities through the water, as measured by a log wheel or a water-tracking DVL:
+//! `velocity_reference = "water"`, on the plant in a current.
 
 use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, RandomForce, Sailed, Vehicle};
 
-/// A vehicle in a current with velocities through the water in its logs, u − Rᵀ V of the plant's own log.
+/// Logs of the plant in a current, whose velocities over ground are replaced by velocities through
+/// the water, u − Rᵀ V.
 fn sailed(name: &str, seed: u64) -> (Sailed, PathBuf) {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
     (sea.runs, sea.duration, sea.seed) = (6, 60.0, seed);
@@ -57,7 +58,7 @@ fn referred(file: &Path, reference: &str, effects: &str) -> Result<Campaign, cam
     Campaign::load(&file, LoadOptions::default())
 }
 
-/// Deviations by which each estimate is off, with its name.
+/// Error of each estimate in standard deviations, with its name.
 fn off(campaign: &Campaign, sailed: &Sailed) -> Vec<(f64, String)> {
     let fit = campaign::fit(campaign, FitOptions::default()).expect("it can be fitted");
     assert!(fit.converged);
@@ -70,7 +71,8 @@ fn off(campaign: &Campaign, sailed: &Sailed) -> Vec<(f64, String)> {
     fit.model.parameters.iter().map(of).collect()
 }
 
-/// Eleven estimates: one beyond 3.5 deviations is a chance of 1 in 200.
+/// Velocities through the water together with positions determine vehicle and current. By chance
+/// one of eleven estimates is beyond 3.5 standard deviations in 1 of 200 cases.
 #[test]
 fn velocities_through_the_water_tell_vehicle_and_current() {
     let (sailed, file) = sailed("both", 4402);
@@ -78,7 +80,8 @@ fn velocities_through_the_water_tell_vehicle_and_current() {
     assert!(campaign.model.through_water);
     let told = off(&campaign, &sailed);
     assert!(told.len() == 11 && told.iter().all(|(off, _)| *off < 3.5), "{told:#?}");
-    // taken for velocities over ground they contradict the positions: at the same parameters the log is far less likely
+    // taken as velocities over ground they contradict the positions: at the same parameters the
+    // errors are far larger
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
     let ground = referred(&file, "ground", "\"current\", ").expect("it is a campaign");
     let rms = |campaign: &Campaign| {
@@ -94,7 +97,7 @@ fn velocities_through_the_water_tell_vehicle_and_current() {
     assert!(rms(&ground) > 10.0 * rms(&campaign), "{} and {}", rms(&ground), rms(&campaign));
 }
 
-/// Seen from the water there is no current: without positions the plain model is right, and the current is not asked.
+/// Without positions, velocities through the water show no current, and the model without a current is right.
 #[test]
 fn without_positions_the_plain_model_is_right() {
     let (sailed, file) = sailed("plain", 4403);

@@ -1,5 +1,5 @@
-//! Tied Coriolis terms by integral least squares: an inertia that stands in several balances is not pulled towards zero
-//! by the noise of the velocities.
+//! Tied Coriolis terms by integral least squares: the noise of the velocities does not bias an
+//! inertia that is in several balances towards zero.
 
 use std::path::PathBuf;
 
@@ -10,8 +10,9 @@ use hydrosysid_plant::{Campaign as Sea, Dof, Suite, Vehicle};
 const FREE: [&str; 6] =
     ["inertia@surge", "inertia@sway", "inertia@yaw", "linear_drag@surge", "linear_drag@sway", "linear_drag@yaw"];
 
-/// Value, deviation and truth of the parameters of [`FREE`]: runs of the independent plant in the plane with this noise in
-/// units of the ordinary one (5 mm/s and 3 mrad/s), fitted by integral least squares.
+/// Value, standard deviation and true value of the parameters of [`FREE`], from planar runs of the
+/// independent plant by integral least squares; `noise` is in units of the ordinary noise (5 mm/s
+/// and 3 mrad/s).
 fn fitted(noise: f64, seed: u64) -> Vec<(f64, f64, f64)> {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Dof::PLANE);
     (sea.seed, sea.spread) = (seed, 0.0);
@@ -19,7 +20,7 @@ fn fitted(noise: f64, seed: u64) -> Vec<(f64, f64, f64)> {
     found_in(&sea, &format!("tied_{seed}"))
 }
 
-/// The same of these runs.
+/// The same for the campaign `sea`.
 fn found_in(sea: &Sea, name: &str) -> Vec<(f64, f64, f64)> {
     let sailed = sea.sail().expect("it sails");
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -40,13 +41,14 @@ fn found_in(sea: &Sea, name: &str) -> Vec<(f64, f64, f64)> {
 #[test]
 fn exact_without_noise() {
     for ((value, _, truth), name) in fitted(0.0, 1).into_iter().zip(FREE) {
-        // the trapezoid of 0.1 s under commands that are held
+        // the error of the trapezoid of 0.1 s with held commands
         assert!((value / truth - 1.0).abs() < 1e-2, "{name}: {value} for {truth}");
     }
 }
 
-/// 20 mm/s and 12 mrad/s on samples 0.1 s apart: an increment is mostly noise, and a column of increments pulled the
-/// inertias to a fraction of themselves.
+/// With noise of 20 mm/s and 12 mrad/s on samples 0.1 s apart, an increment of the velocity is
+/// mostly noise, and a column of increments biased the inertias to a fraction of their values.
+/// Estimates are within four standard deviations.
 #[test]
 fn law_noise_does_not_pull_shared_inertias_towards_zero() {
     const DRAWS: usize = 6;
@@ -58,13 +60,14 @@ fn law_noise_does_not_pull_shared_inertias_towards_zero() {
         println!("{name}: mean {value:.2} of {truth:.2}, deviation {std:.2}");
         let off = |found: &Vec<(f64, f64, f64)>| (found[j].0 - truth).abs() / found[j].1;
         assert!(all.iter().all(|found| off(found) < 4.0), "{name}: {:?}", all.iter().map(|f| f[j]).collect::<Vec<_>>());
-        // the mean of six is known to 0.4 deviations
+        // the mean of six draws is known to 0.4 standard deviations
         assert!((value - truth).abs() < 0.03 * truth + 1.3 * std, "{name}: {value} for {truth}");
     }
 }
 
-/// A small vehicle that moves one degree of freedom at a time: the product of two velocities is the noise of one of them,
-/// and m_v − m_u came out as 0.3 for 4.9 kg. Sampled at 50 Hz, because the trapezoid of 0.1 s is too coarse for its yaw.
+/// If a small vehicle moves one degree of freedom at a time, the product of two velocities contains
+/// the noise of one of them, and m_v − m_u was estimated as 0.3 instead of 4.9 kg. The logs have
+/// 50 Hz, because the trapezoid of 0.1 s is too coarse for the yaw of this vehicle.
 #[test]
 fn law_a_product_of_noise_draws_no_inertia() {
     for seed in 1..4 {
@@ -78,7 +81,8 @@ fn law_a_product_of_noise_draws_no_inertia() {
     }
 }
 
-/// Read piece by piece the rows are gone when the inertias are sought: refused, not pulled towards zero.
+/// In a fit that reads its logs piece by piece, the rows are no longer available when the inertias
+/// are estimated. Such a fit is refused, instead of a result that is biased towards zero.
 #[test]
 fn shared_inertias_of_a_stream_are_refused() {
     let folder = std::env::temp_dir().join(format!("hydrosysid-tied-{}", std::process::id()));

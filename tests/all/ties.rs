@@ -1,4 +1,5 @@
-//! Tied parameters: one unknown for two effects, from the campaign through the fit to the model file and back.
+//! Tied parameters: one parameter for two effects, from the campaign through the fit to the model
+//! file and back.
 
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use hydrosysid::tank::{Basin, Law, Measured, Noise, Pilot, Sensor, Sine, Trial};
 
 const DRAG: f64 = 180.0;
 
-/// A hull that is as high as it is wide: sway and heave have one quadratic drag.
+/// Runs of a hull that is as high as it is wide, so that sway and heave have the same quadratic drag.
 fn runs() -> Vec<Run> {
     let dofs = [Dof::Sway, Dof::Heave];
     let mut model = Model::with_effects(&dofs, Coriolis::Tied, &["inertia", "quadratic_drag"]).expect("a model");
@@ -45,7 +46,8 @@ fn campaign(more: &str) -> Campaign {
     Campaign::from_runs(file.unwrap_or_else(|e| panic!("{e}")), runs()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// One value from both balances: within four of its deviations of the truth, and known better than either alone.
+/// A tied parameter has one value from both balances, within four standard deviations of the truth,
+/// and a smaller standard deviation than each of two free parameters.
 #[test]
 fn a_tied_parameter_is_found_from_both_balances() {
     let tied = campaign("[[parameter]]\neffect = 'quadratic_drag@heave'\ntie = 'quadratic_drag@sway'\n");

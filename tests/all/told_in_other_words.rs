@@ -1,5 +1,5 @@
-//! Logs that tell a channel in other words, as trackers, autopilots and bridges write them: `init` writes what they mean, and the
-//! campaign reads what the plant had logged plainly.
+//! Logs with channels in other forms, as written by trackers, autopilots and bridges: `init`
+//! recognises them, and the campaign reads the same values as from the plain log of the plant.
 #![cfg(feature = "cli")]
 
 use std::collections::BTreeMap;
@@ -14,13 +14,13 @@ use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Vehicle};
 /// Columns of a run by name.
 type Columns = BTreeMap<String, Vec<f64>>;
 
-/// A header, and what stands below it in a row.
+/// A header, and the cells below it.
 type Column<'a> = (&'a str, Cell);
 
 /// The text of a cell in a row.
 type Cell = Box<dyn Fn(&Columns, usize) -> String>;
 
-/// Runs of the plant as it logs them: plain columns.
+/// The runs of a campaign of the plant, as plain columns at the time stamps of the heading.
 fn plain(folder: &Path) -> Vec<Columns> {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
     (sea.runs, sea.duration, sea.seed) = (6, 40.0, 31);
@@ -36,7 +36,7 @@ fn plain(folder: &Path) -> Vec<Columns> {
     campaign.runs.iter().map(columns).collect()
 }
 
-/// The campaign that `init` makes of logs with these columns, the runs as they were, and its text.
+/// The campaign that `init` makes from logs with these columns, the plain runs, and the text of the campaign.
 fn scaffolded(name: &str, columns: &[Column<'_>]) -> (Campaign, Vec<Columns>, String) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("told_{name}"));
     let _ = std::fs::remove_dir_all(&folder);
@@ -47,7 +47,7 @@ fn scaffolded(name: &str, columns: &[Column<'_>]) -> (Campaign, Vec<Columns>, St
         .map(|(k, run)| {
             let mut text = columns.iter().map(|(header, _)| *header).collect::<Vec<_>>().join(",") + "\n";
             for row in 0..run["t"].len() {
-                // what stands before a NUL is a line of its own above the first row
+                // the part of a cell before a NUL belongs to a separate line above the first row
                 let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(run, row)).collect();
                 let units: Vec<&str> = cells.iter().filter_map(|c| Some(c.split_once('\u{0}')?.0)).collect();
                 if !units.is_empty() {
@@ -76,7 +76,8 @@ fn plainly<'a>(header: &'a str, channel: &'static str, factor: f64) -> Column<'a
     (header, Box::new(move |run, k| format!("{}", factor * run[channel][k])))
 }
 
-/// Greatest difference of a channel from what was logged plainly, less that of the first sample where `relative`.
+/// Maximum difference of a channel from the plain log; if `relative`, the difference of the first
+/// sample is subtracted.
 fn off(campaign: &Campaign, runs: &[Columns], channel: &str, relative: bool) -> f64 {
     let mut off = 0.0_f64;
     for (run, plain) in campaign.runs.iter().zip(runs) {
@@ -93,7 +94,7 @@ fn off(campaign: &Campaign, runs: &[Columns], channel: &str, relative: bool) -> 
 
 #[test]
 fn latitude_and_longitude_of_an_autopilot() {
-    // metres a degree at 59.4 degrees north, by the series of the WGS 84 in multiples of the latitude
+    // metres per degree at 59.4 degrees north, by the series of the WGS 84 in multiples of the latitude
     let cos = |multiple: f64| (multiple * 59.4_f64.to_radians()).cos();
     let north = 111_132.954 - 559.822 * cos(2.0) + 1.175 * cos(4.0);
     let east = 111_412.84 * cos(1.0) - 93.5 * cos(3.0) + 0.118 * cos(5.0);
@@ -113,7 +114,8 @@ fn latitude_and_longitude_of_an_autopilot() {
     assert!(text.contains("latitude = { name = \"GPS.Lat\", scale = 1e-7 }"), "{text}");
     assert!(text.contains("position_source = \"independent\""), "{text}");
     for channel in ["x", "y"] {
-        // 1e-7 degrees are 1.1 cm and half of it is the rounding of each fix; a metre a degree by the digits of the series
+        // 1e-7 degrees are 1.1 cm, half of which is the rounding of each fix; the digits of the
+        // series are good to a metre per degree
         let off = off(&campaign, &runs, channel, true);
         assert!(off < 0.012, "{channel}: {off}");
     }
@@ -139,7 +141,7 @@ fn a_quaternion_of_a_robot() {
     let (campaign, runs, text) = scaffolded("quaternion", &columns);
     assert!(text.contains("qw = \"pose.orientation.w\""), "{text}");
     for channel in ["psi", "u", "v", "r"] {
-        // written with all digits; a sine and its inverse of rounding
+        // written with all digits; the tolerance is for the rounding of a sine and its inverse
         let off = off(&campaign, &runs, channel, false);
         assert!(off < 1e-12, "{channel}: {off}");
     }
@@ -175,7 +177,8 @@ fn a_track_with_a_date_and_a_time_of_day() {
         assert!(text.contains(said), "{said}\n{text}");
     }
     for (channel, most) in [("u", 1e-9), ("v", 1e-9), ("psi", 1e-12), ("r", 1e-12)] {
-        // the heading is interpolated to the stamps of the speed, which are its own to a billionth of a second
+        // the heading is interpolated to the time stamps of the speed, which are its own to a
+        // billionth of a second
         let off = off(&campaign, &runs, channel, false);
         assert!(off < most, "{channel}: {off}");
     }
@@ -184,7 +187,8 @@ fn a_track_with_a_date_and_a_time_of_day() {
     assert!(time.iter().zip(&runs[0]["t"]).all(|(a, b)| (a - b).abs() < 1e-3), "{:?}", &time[..3]);
 }
 
-/// A table of a spreadsheet: durations as MATLAB writes them, units in a line of their own, symbols of SNAME, velocities north and east.
+/// A spreadsheet table with durations as MATLAB writes them, units in a separate line, symbols of
+/// SNAME, and velocities north and east.
 #[test]
 fn a_table_with_its_units_below_the_header() {
     let over_ground = |north: bool| {
@@ -221,7 +225,7 @@ fn a_table_with_its_units_below_the_header() {
         assert!(text.contains(said), "{said}\n{text}");
     }
     for channel in ["u", "v", "psi", "r", "tau_u", "tau_v", "tau_r"] {
-        // forces to the last digits of their conversion, the others to some roundings of a turn
+        // the tolerance is for the rounding of conversions of forces and of rotations
         let off = off(&campaign, &runs, channel, false);
         assert!(off < 1e-9, "{channel}: {off}");
     }

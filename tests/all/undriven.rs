@@ -1,4 +1,4 @@
-//! Degrees of freedom that move though nothing commands them: the sway of a vessel with two thrusters, on the plant.
+//! Degrees of freedom that move without a command: the sway of a vessel with two thrusters, on the plant.
 #![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
@@ -8,7 +8,9 @@ use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid::frame::Dof;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Manoeuvre, RandomForce, Vehicle};
 
-/// Logs of a vehicle that is driven ahead and turned, without a column of the force in sway, and what `init` makes of them.
+/// From logs of a vehicle that is driven in surge and yaw, without a column for the force in sway,
+/// `init` makes a campaign that models sway as undriven; the estimates are within 3.5 standard
+/// deviations.
 #[test]
 fn the_sway_of_a_vessel_with_two_thrusters_is_modelled() {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
@@ -40,7 +42,7 @@ fn the_sway_of_a_vessel_with_two_thrusters_is_modelled() {
     assert_eq!(campaign.file.model.undriven, [Dof::Sway]);
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
     assert!(fit.converged && fit.model.parameters.len() == 9, "{}", fit.sentence);
-    // nine estimates: one beyond 3.5 deviations is a chance of 1 in 240
+    // by chance one of nine estimates is beyond 3.5 standard deviations in 1 of 240 cases
     for p in &fit.model.parameters {
         let truth = sailed.truth.value(&p.term).expect("the truth knows it");
         let off = (p.value - truth).abs() / p.std.expect("it is estimated");

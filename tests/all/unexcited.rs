@@ -1,4 +1,5 @@
-//! Degrees of freedom that no run moves, and commands that are steps: what a campaign of them is told.
+//! Degrees of freedom that no run excites, and commands with steps: the errors and warnings on such
+//! campaigns.
 
 use std::path::Path;
 use std::process::Command;
@@ -14,7 +15,7 @@ use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomFo
 const MASS: f64 = 300.0;
 const DRAG: f64 = 90.0;
 
-/// Surge alone is driven, by a sine or by steps of 4 s; the other sensors log their noise.
+/// A run that drives surge only, by a sine or by steps of 4 s; the other sensors log their noise.
 fn run(steps: bool) -> Run {
     let (step, count) = (0.1, 900);
     let mut draw = Noise::new(2, 0);
@@ -78,7 +79,8 @@ fn surge_alone_is_no_campaign_of_three_degrees_of_freedom() {
     assert!((mass.value - MASS).abs() < 5.0, "{}", mass.value);
 }
 
-/// Pitch is neither modelled nor logged: a fit refuses its coupling, as it has to; a search goes on without it and says so.
+/// If pitch is neither modelled nor logged, a fit refuses a coupling with it; a search fixes the
+/// coupling, continues and warns of it.
 #[test]
 fn a_search_holds_what_no_run_shows() {
     let coupled = campaign_of("'inertia', 'linear_drag', 'added_mass_coupling@surge:pitch'", "'surge'", "", run(false));
@@ -93,8 +95,9 @@ fn a_search_holds_what_no_run_shows() {
     assert!((mass - MASS).abs() < 5.0, "{mass}");
 }
 
-/// Nothing commands the yaw: it is turned by a Munk moment that the model lacks. A fit refuses its inertia; a search takes it to be
-/// of its own size, says so, and tells what the motion looks like.
+/// Nothing commands the yaw; a Munk moment that the model lacks turns the vehicle. A fit refuses
+/// the inertia in yaw. A search gives it a prior with a standard deviation as large as its value,
+/// warns of it, and names the Munk moment or lists it as similar.
 #[test]
 fn a_search_goes_on_without_the_scale_of_a_moment() {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
@@ -114,8 +117,9 @@ fn a_search_goes_on_without_the_scale_of_a_moment() {
     assert!(told.clone().any(|id| id == "coriolis_yaw"), "{:?}", told.collect::<Vec<_>>());
 }
 
-/// Nothing turns in the runs of the fit, and the zig-zags that are held out do: a fit is refused, and says which runs would show the
-/// yaw; in a search the first of them takes part, and the other judges.
+/// If the vehicle turns only in the held-out zig-zags, a fit is refused and names the runs that
+/// would excite the yaw. In a search the first of them takes part in the fit, and the other remains
+/// held out.
 #[test]
 fn a_search_takes_in_a_held_out_run_that_moves_what_none_of_the_fit_does() {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
@@ -133,7 +137,7 @@ fn a_search_takes_in_a_held_out_run_that_moves_what_none_of_the_fit_does() {
     assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
     let said = found.warnings.iter().find(|w| w.message.contains("took part in the fit")).expect("it is said");
     assert!(said.message.contains("no run of the fit moves yaw"), "{}", said.message);
-    // there is no name to adopt, and a role all the same
+    // there is no effect to adopt, but the role of a run is changed
     let command = |verb: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hydrosysid"));
         command.arg(verb).arg(&folder);
@@ -153,7 +157,7 @@ fn parameters_that_are_held_need_no_motion() {
     campaign::fit(&three, FitOptions { estimator: Some(Estimator::OutputError) }).expect("nothing is asked of them");
 }
 
-/// With nothing left to find the noise is found, and nothing panics.
+/// If all parameters are fixed, the fit only estimates the noise.
 #[test]
 fn a_model_of_which_all_is_held_has_its_noise_estimated() {
     let held = [("inertia@surge", MASS), ("linear_drag@surge", DRAG)]
@@ -178,7 +182,8 @@ fn steps_that_are_read_as_lines_are_told() {
     assert_eq!(told("", false), None, "a sine");
 }
 
-/// Where the scale of the thrust is free and so is all else, every estimator says that, and not to add a run.
+/// If the scale of the thrust is free like all other parameters, every estimator reports that, and
+/// does not advise to add a run.
 #[test]
 fn no_known_force_is_told_by_every_estimator() {
     let campaign = campaign_of("'inertia', 'linear_drag', 'thrust_interaction_loss'", "'surge'", "", run(false));
@@ -188,7 +193,8 @@ fn no_known_force_is_told_by_every_estimator() {
     }
 }
 
-/// Third differences take a coloured noise for motion: what is found of it has no size, and the fit begins with that.
+/// Third differences take coloured noise for motion. The inertias that the data do not determine
+/// are named first in the verdict of the fit.
 #[test]
 fn an_inertia_that_the_data_does_not_tell_comes_first() {
     let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);

@@ -1,4 +1,5 @@
-//! A model whose fit did not converge says so in every verb that reads it, and in the files that are made of it.
+//! If the fit of a model did not converge, every verb that reads the model says so, and so do the
+//! files made from it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,7 +25,7 @@ fn the_model_file_keeps_it() {
     let text = unsettled().to_text(path).expect("a text");
     assert!(text.contains("converged = false"), "{text}");
     assert_eq!(ModelFile::from_text(&text, path).expect("its own text"), unsettled());
-    // a file of an earlier version says nothing, and is taken as before
+    // a file of an earlier version does not have the entry and counts as converged
     let settled = planar(&[]).to_text(path).expect("a text");
     assert!(!settled.contains("converged"), "{settled}");
     assert!(ModelFile::from_text(&settled, path).expect("its own text").converged);

@@ -1,4 +1,5 @@
-//! Vehicles that pass the vertical: attitude by a quaternion inside, z-y-x Euler angles in the logs.
+//! Vehicles that pass the vertical: the attitude is a quaternion in the model, and z-y-x Euler
+//! angles in the logs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
@@ -23,7 +24,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 const INERTIAS: [f64; 6] = [120.0, 150.0, 160.0, 12.0, 25.0, 28.0];
 
-/// A torpedo-like vehicle with the Coriolis rows that its inertias ask for.
+/// Model of a torpedo-like vehicle with all Coriolis rows; `drag` adds drag and restoring moments.
 fn vehicle(drag: bool) -> Model {
     let mut names = vec!["inertia", "coriolis_surge", "coriolis_sway", "coriolis_heave"];
     names.extend(["coriolis_roll", "coriolis_pitch", "coriolis_yaw"]);
@@ -45,7 +46,8 @@ fn vehicle(drag: bool) -> Model {
     model
 }
 
-/// Simulates `seconds` without any force from rates ω and the attitude q, carried as `attitude` says.
+/// Simulates `seconds` from the states `start` without any command; `attitude` is the form of the
+/// attitude in the states.
 fn free(model: &Model, attitude: Attitude, start: &[f64], step: f64, seconds: f64) -> (Dynamics, Trajectory) {
     let available = Available { attitude, ..Available::default() };
     let observed: BTreeSet<String> = ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi"].map(str::to_string).into();
@@ -62,9 +64,11 @@ fn unit() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
 
-/// A ball turns at a constant rate of pitch: θ = ωt through 90° and on, in what instruments tell: beyond the vertical
-/// the vehicle lies on its back with its heading reversed. RK4 errs by (h ω/2)⁵/120 of half the angle a step:
-/// 5e-11 over the turn and a half of 950 steps. Weighed by cos θ: at 90° itself φ and ψ are not determined.
+/// A body with equal inertias turns at a constant rate of pitch, θ = ωt, through 90° and beyond.
+/// The angles are those of instruments: beyond the vertical, the vehicle lies on its back with its
+/// heading reversed. The error of RK4 is (h ω/2)⁵/120 of half the angle per step, 5e-11 over 950
+/// steps, which are one and a half turns. Errors are weighted by cos θ, as φ and ψ are not
+/// determined at 90°.
 #[test]
 fn exact_loop_at_a_constant_rate_of_pitch() {
     let mut model = vehicle(false);
@@ -86,8 +90,9 @@ fn exact_loop_at_a_constant_rate_of_pitch() {
     }
 }
 
-/// A body in a vacuum with three inertias: kinetic energy and the angular momentum in earth axes stay through several
-/// passes of the vertical. Errors of RK4 at h ω of 0.01 are some 1e-11 a second.
+/// For a body with three different inertias and without torque, kinetic energy and the angular
+/// momentum in earth axes are constant through several passes of the vertical. The error of RK4 at
+/// h ω of 0.01 is about 1e-11 per second.
 #[test]
 fn law_torque_free_rotation_keeps_energy_and_momentum() {
     let model = vehicle(false);
@@ -112,8 +117,8 @@ fn law_torque_free_rotation_keeps_energy_and_momentum() {
     assert!(steepest > 80f64.to_radians(), "it came near the vertical: {}°", steepest.to_degrees());
 }
 
-/// Far from the pole both forms are one motion: they differ by the error of the integrator, which falls sixteenfold with
-/// half the step.
+/// Far from the vertical, quaternion and Euler angles give the same motion. They differ by the
+/// error of the integrator, which decreases by a factor of 16 with half the step.
 #[test]
 fn law_quaternion_and_angles_are_one_motion() {
     let model = vehicle(true);
@@ -131,7 +136,8 @@ fn law_quaternion_and_angles_are_one_motion() {
     assert!((10.0..30.0).contains(&(coarse / fine)), "{}", coarse / fine);
 }
 
-/// Runs of 40 s that loop in pitch while all else moves too; turns of the attitude's noise and white noise of velocities.
+/// Runs of 40 s that loop in pitch while all other degrees of freedom move, with white noise of the
+/// velocities and small random rotations of the attitude.
 fn looping(model: &Model, noise: f64) -> Vec<Run> {
     let rates = Dof::ALL.map(|dof| Sensor::new(dof.velocity(), 10.0, noise * 0.004));
     let angles = [Dof::Roll, Dof::Pitch, Dof::Yaw].map(|dof| Sensor::new(dof.position(), 10.0, 0.0));
@@ -148,7 +154,7 @@ fn looping(model: &Model, noise: f64) -> Vec<Run> {
                     period: draw.between(4.0, 15.0),
                     phase: draw.between(0.0, TAU),
                 });
-                // the steady moment that loops
+                // a steady moment for the loop
                 let offset = if dof == Dof::Pitch { 26.0 } else { 0.0 };
                 laws.push((dof, Law::Sines(offset, sines.collect())));
             }
@@ -166,7 +172,7 @@ fn looping(model: &Model, noise: f64) -> Vec<Run> {
         .collect()
 }
 
-/// Noise of an attitude: a small turn about every earth axis.
+/// Adds noise to the attitude: a small rotation about every earth axis.
 fn turn_a_little(run: &mut Run, size: f64, stream: u64) {
     let mut noise = Noise::new(4, stream);
     let names = ["phi", "theta", "psi"];
@@ -208,7 +214,8 @@ fn passes(run: &Run) -> usize {
     phi.windows(2).filter(|w| (w[0].cos() < 0.0) != (w[1].cos() < 0.0)).count()
 }
 
-/// Without noise only the steps differ: 10 ms in the tank, 25 ms in the fit.
+/// Without noise the parameters are found within 1e-4; only the steps differ, 10 ms in the tank and
+/// 25 ms in the fit.
 #[test]
 fn exact_parameters_from_runs_that_loop() {
     let model = vehicle(true);
@@ -222,8 +229,9 @@ fn exact_parameters_from_runs_that_loop() {
     }
 }
 
-/// With noise: 19 estimates, 95 % intervals; at least 15 hold the truth and none is beyond four deviations, which leaves
-/// chance 1 in 200. The cost is that of white noise, so the turns are weighed and counted right.
+/// With noise, at least 15 of 19 95 % intervals cover the truth, and no estimate is off by four
+/// standard deviations; by chance this fails in 1 of 200 cases. The cost is that of white noise, so
+/// rotations are weighted and counted correctly.
 #[test]
 fn law_intervals_hold_in_runs_that_loop() {
     let model = vehicle(true);
@@ -245,7 +253,7 @@ fn law_intervals_hold_in_runs_that_loop() {
     }
 }
 
-/// The campaign of looping runs as files: logs with forces, rates and z-y-x Euler angles.
+/// Folder of a campaign of looping runs: logs with forces, velocities and these of the z-y-x Euler angles.
 fn folder(name: &str, angles: &[&str]) -> std::path::PathBuf {
     let folder = std::env::temp_dir().join(format!("hydrosysid-upright-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
@@ -265,8 +273,9 @@ fn folder(name: &str, angles: &[&str]) -> std::path::PathBuf {
     folder
 }
 
-/// From CSV through the vertical to a model: fitted, compared, simulated with angles at the doors. The estimates are held
-/// to four deviations each, the comparison to the noise.
+/// A campaign of CSV files with runs that pass the vertical is fitted, compared and simulated, with
+/// Euler angles in input and output. Estimates are within four standard deviations, and the
+/// comparison agrees within the noise.
 #[test]
 fn law_a_campaign_of_files_passes_the_vertical() {
     let folder = folder("whole", &["phi", "theta", "psi"]);
@@ -276,7 +285,7 @@ fn law_a_campaign_of_files_passes_the_vertical() {
     assert_eq!(said.iter().filter(|(code, _)| *code == "M215").count(), 4, "{said:?}");
     let checked = campaign::check_campaign(&folder.join("campaign.toml"), LoadOptions::default())
         .unwrap_or_else(|e| panic!("{e}"));
-    // rates against angles, velocities against positions: nothing is wrong with these logs
+    // the comparison of rates with angles and of velocities with positions finds no fault in these logs
     let wrong: Vec<_> = checked.warnings.iter().filter(|f| f.code.starts_with("K11")).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
     let fit = campaign::fit(&campaign, FitOptions::default()).unwrap_or_else(|e| panic!("{e}"));
@@ -308,7 +317,7 @@ fn law_a_campaign_of_files_passes_the_vertical() {
     std::fs::remove_dir_all(folder).expect("it is there");
 }
 
-/// Without all three angles there is no attitude to start from: refused, with what to log.
+/// Without all three angles there is no initial attitude: the campaign is refused with the channels to log.
 #[test]
 fn a_log_without_heading_is_refused_at_the_vertical() {
     let folder = folder("part", &["phi", "theta"]);
@@ -320,7 +329,8 @@ fn a_log_without_heading_is_refused_at_the_vertical() {
     std::fs::remove_dir_all(folder).expect("it is there");
 }
 
-/// A vehicle that pitches alone needs no quaternion: its θ goes on where the log tells of a vehicle on its back.
+/// A model with pitch only needs no quaternion: its θ continues beyond the vertical, where the log
+/// shows a vehicle on its back.
 #[test]
 fn exact_loop_of_a_model_that_pitches_alone() {
     let mut model = Model::with_effects(&[Dof::Pitch], Coriolis::Tied, &["inertia", "linear_drag", "restoring_pitch"])
@@ -336,7 +346,7 @@ fn exact_loop_of_a_model_that_pitches_alone() {
     let mut run = basin.sail(&model, &trial, 0, 1).expect("it sails");
     let through = run.signals["theta"].clone();
     assert!(through.values().iter().any(|x| *x > TAU), "it loops");
-    // what instruments tell
+    // the angles that instruments show
     for (k, name) in ["phi", "theta", "psi"].into_iter().enumerate() {
         let told = through.values().iter().map(|x| euler_angles(&quaternion(0.0, *x, 0.0))[k]).collect::<Vec<f64>>();
         run.signals.insert(name.into(), Signal::new(through.shared_time().clone(), told));
@@ -348,12 +358,13 @@ fn exact_loop_of_a_model_that_pitches_alone() {
     let campaign = Campaign::from_runs(file, vec![run]).unwrap_or_else(|e| panic!("{e}"));
     let fit = campaign::fit(&campaign, FitOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     for (found, exact) in fit.parameters.iter().zip([25.0, 15.0, 6.0]) {
-        // steps of 10 ms in the tank, of 100 ms in the fit
+        // the steps differ: 10 ms in the tank, 100 ms in the fit
         assert!((found.value / exact - 1.0).abs() < 1e-4, "{}: {} for {exact}", found.name, found.value);
     }
 }
 
-/// Sensitivities of states and turns are the derivatives of the discrete solution, through the vertical as well.
+/// Sensitivities of the rotations in the output to initial states and parameters are the
+/// derivatives of the discrete solution, through the vertical as well.
 #[test]
 fn law_sensitivities_of_the_quaternion_agree_with_differences() {
     let model = vehicle(true);
@@ -397,7 +408,7 @@ fn law_sensitivities_of_the_quaternion_agree_with_differences() {
         for row in 0..3 {
             let numeric = (up[row] - down[row]) / (2.0 * h) * size;
             let exact = jacobian[row * width + column] * size;
-            // central differences: 1e-10 of the third derivative, and rounding of 1e-16/1e-5
+            // central differences: an error of 1e-10 times the third derivative, and rounding of 1e-16/1e-5
             assert!((numeric - exact).abs() < 1e-6 * (1.0 + exact.abs()), "{row} {column}: {exact} for {numeric}");
         }
     }

@@ -1,15 +1,16 @@
-//! A velocity whose column has the opposite sign, told from thrusters that push the other way.
+//! A velocity whose column has the opposite sign is distinguished from thrusters that push the other way.
 
 use crate::swim::Swim;
 use hydrosysid::check::{self, CheckOptions, CheckReport};
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::thrust::thruster::Thruster;
 
-/// What a row of the swim gives a channel.
+/// A channel, and its value as a function of a row of the swim.
 type Column<'a> = (&'a str, &'a dyn Fn(&[f64; 7]) -> f64);
 
-/// The swim under two thrusters ahead, 0.4 m to port and to starboard, and one abeam `ahead` m before the origin; the channels of
-/// `turned` are logged with the opposite sign.
+/// Check of the swim as driven by two thrusters along surge, 0.4 m to port and to starboard, and
+/// one along sway, `ahead` m in front of the origin. The channels of `turned` are logged with the
+/// opposite sign.
 fn checked(ahead: f64, turned: &[&str]) -> CheckReport {
     let rows = Swim::new(20.0, 60.0, 1.0, 3).rows;
     let clock: std::sync::Arc<[f64]> = rows.iter().map(|row| row[0]).collect();
@@ -58,7 +59,8 @@ fn a_velocity_of_the_opposite_sign_is_named_and_its_thrusters_are_not() {
     }
 }
 
-/// A thruster that acts in sway alone is told from the column by the Coriolis force.
+/// A thruster with the opposite sign that acts in sway only is distinguished from the velocity
+/// column by the Coriolis force.
 #[test]
 fn a_thruster_of_the_opposite_sign_stays_accused() {
     for ahead in [0.0, 0.3] {

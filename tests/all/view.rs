@@ -1,4 +1,5 @@
-//! The page to work with: the real server, spoken to over a socket as a browser does, and as others should not.
+//! The interactive page: the real server, addressed over a socket with requests of a browser and
+//! with ones it must refuse.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use crate::adopt::sail;
 use crate::served::Served;
 
-/// Runs of the virtual tank and a campaign of them, with comments that are to stay.
+/// Writes runs of the virtual tank and a campaign of them, with comments that must be kept.
 fn tank(folder: &Path) {
     let made = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
     let mut text = "# my own words\nformat = 1\n[vehicle]\nname = 'tank' # the tub\nmass = 100.0\nlength = 0.6\n[model]\ndofs = ['surge', 'sway', 'yaw']\neffects = [\n  'inertia',  # of course\n  'linear_drag',\n  'quadratic_drag',\n]\n[log]\nposition_source = 'independent'\nmissing = 'no_sample'\n[fit]\nestimator = 'output_error' # quick\n".to_string();
@@ -42,7 +43,7 @@ fn only_whoever_has_the_token_and_asks_for_this_host_is_answered() {
     assert_eq!(get("/api/campaign", &[own, ("Host", "evil.example"), right]), 403, "two hosts");
     assert_eq!(get("/api/campaign", &[own, right, ("Origin", "http://evil.example")]), 403);
     assert_eq!(get("/api/campaign", &[own, right, ("Origin", &format!("http://{host}"))]), 200);
-    // an address with the token does not change anything
+    // a request with the token in its address must not change anything
     let body = json!({"name": "coriolis_yaw", "on": true}).to_string();
     let before = served.text();
     let by_address = served.request("POST", &format!("/api/effect?token={token}"), &[own], body.as_bytes());
@@ -98,7 +99,7 @@ fn bad_requests_are_told_and_change_nothing() {
     assert_eq!(served.get("/api/overlay?run=x").json()["figures"], json!([]));
     assert_eq!(served.get("/api/fit").json(), Value::Null);
     assert_eq!(served.text(), before);
-    // what is no HTTP at all ends that connection alone
+    // a request that is not HTTP ends only its own connection
     let _ = served.send(b"\x00\xff\x13garbage\r\n\r\n");
     assert_eq!(served.get("/api/campaign").status, 200);
 }
@@ -134,7 +135,7 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert_eq!(figures.len(), 3);
     assert!(figures[0].as_str().unwrap().contains("<svg"));
 
-    // one place of a plain id: the others stay
+    // one place of a plain id is removed, the others remain
     let outline = served.done("/api/effect", &json!({"name": "linear_drag@yaw", "on": false}));
     assert_eq!(places(&outline, "linear_drag"), [true, true, false]);
     assert!(
@@ -148,7 +149,8 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert!(!served.text().contains("coriolis_yaw") && served.text().contains("# of course"));
 }
 
-/// What it costs, in simulations of the same runs: `benches/first_look.rs`.
+/// After a switch of an effect, a quick estimator gives the first fit and overlay.
+/// `benches/first_look.rs` measures the time.
 #[test]
 fn fit_and_overlay_follow_a_switch_by_a_quick_estimator_first() {
     let options =
@@ -185,7 +187,7 @@ fn stretches_are_runs_of_the_file() {
     assert!(plot["figure"].as_str().unwrap().contains("data-span=\"1\""));
     served.done("/api/stretch/remove", &json!({"run": 1}));
     assert_eq!(served.get("/api/campaign").json()["logs"][0]["stretches"].as_array().unwrap().len(), 1);
-    // without any run it would be no campaign
+    // the last run cannot be removed, as a campaign needs one
     for _ in 0..3 {
         served.done("/api/stretch/remove", &json!({"run": 0}));
     }
@@ -211,7 +213,7 @@ fn columns_are_mapped_and_their_lights_follow() {
         "/api/columns",
         &json!({"log": "a.csv", "header": "fast", "channel": "u", "unit": "cm/s", "flipped": true}),
     );
-    // the other log has no such column: the entry goes to this log alone
+    // the other log has no such column, so the entry is written for this log only
     let text = served.text();
     assert!(text.contains("[run.log.columns]") && text.contains("# first") && text.contains("# mine"), "{text}");
     let after = columns();
@@ -242,13 +244,13 @@ fn logs_that_are_dropped_become_a_campaign_and_are_never_written_over() {
     let outline = served.done("/api/runs", &json!({"files": ["first.csv"], "name": "tub", "mass": 100.0}));
     assert_eq!((&outline["vehicle"], &outline["mass"]), (&json!("tub"), &json!(100.0)));
     assert!(served.text().contains("# guessed:") || served.text().contains("hydrosysid"));
-    // into the campaign that is there
+    // adds to the existing campaign
     let outline = served.done("/api/runs", &json!({"files": ["second.csv"]}));
     assert_eq!(outline["logs"].as_array().unwrap().len(), 2);
     assert_eq!(served.post("/api/runs", b"{\"files\": [\"second.csv\"]}").status, 409);
     assert_eq!(served.post("/api/runs", b"{\"files\": [\"absent.csv\"]}").status, 404);
     assert_eq!(served.post("/api/runs", b"{\"files\": [\"..\"]}").status, 400);
-    // what cannot be read leaves nothing behind
+    // a log that cannot be read leaves no file behind
     served.post("/api/log?name=photo.csv", b"\x89PNG\x00\x01");
     assert_eq!(served.post("/api/runs", b"{\"files\": [\"photo.csv\"]}").status, 422);
     assert!(!served.folder.join("photo.csv").exists());
@@ -288,7 +290,7 @@ fn an_edit_elsewhere_shows_and_a_broken_file_is_told_and_left() {
     fs::write(served.folder.join("campaign.toml"), &text).unwrap();
     assert_ne!(served.get("/api/progress").json()["stamp"], stamp);
     assert_eq!(served.get("/api/campaign").json()["vehicle"], "barge");
-    // a change that was meant for the campaign before is not made in this one
+    // a change that was meant for the earlier state of the campaign is refused
     let (host, token) = served.place();
     let stamp = stamp.as_str().unwrap();
     let headers = [("Host", host.as_str()), ("X-Hydrosysid-Token", &token), ("X-Hydrosysid-Stamp", stamp)];

@@ -1,4 +1,4 @@
-//! The rows of the table: what is random, and what is hidden.
+//! The rows of the table: random force, instruments, commands and hidden effects of each.
 
 use super::drawn::{Drawn, drawn};
 use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, RandomForce, Suite, Vehicle, hide};
@@ -7,21 +7,21 @@ use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, RandomFor
 pub struct Cell {
     /// Section of the page.
     pub section: &'static str,
-    /// What is in it.
+    /// Name of the row.
     pub name: String,
-    /// Whether the catalogue has a name for it.
+    /// Whether the hidden effects are in the catalogue.
     pub named: bool,
     /// The campaign of a seed.
     pub campaign: Box<dyn Fn(u64) -> Campaign + Sync>,
 }
 
-/// A planar campaign of one of the two vehicles, by the seed.
+/// A planar campaign of one of the two vehicles, chosen by the seed.
 fn planar(suite: &Suite, force: f64, correlation: f64, hidden: &[String], seed: u64) -> Campaign {
     let name = if seed.is_multiple_of(2) { "laurs" } else { "small" };
     of_vehicle(name, suite, (force, correlation), hidden, seed)
 }
 
-/// The same with commands of single thrusters.
+/// A planar campaign of the vehicle `name` with commands of single thrusters.
 fn driven(name: &str, hidden: &[String], seed: u64) -> Campaign {
     let planar = of_vehicle(name, &Suite::default(), (2.0, 1.0), hidden, seed);
     Campaign { commands: Commands::Thrusters, ..planar }
@@ -58,7 +58,7 @@ fn cell(
     Cell { section, name: name.into(), named, campaign: Box::new(move |seed| campaign(&hidden, seed)) }
 }
 
-/// Two at once, of different families.
+/// Two effects at once, of different families.
 const PAIRS: [[&str; 2]; 4] = [
     ["coriolis_yaw", "thrust_lag"],
     ["current", "drag_asymmetry@surge"],

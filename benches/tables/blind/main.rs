@@ -1,12 +1,15 @@
-//! The table of hits, misses and false names: discovery on campaigns of the independent plant in which effects are hidden.
+//! Table of hits, misses and false names of discovery, on campaigns of the independent plant with
+//! hidden effects.
 //!
 //! `cargo run --release --example blind -- [--seeds N] [--first SEED] [--only TEXT] [--write FILE]`
 //!
-//! The truth is the plant (`plant/`), which shares no code with the search; each campaign is written as a folder and read
-//! back as a user's would be. Seeds alternate between a vehicle of 190 kg and one of 11.5 kg; one of 13.5 kg has six degrees
-//! of freedom. *Exact*: for each hidden effect its name, one whose `also_possible` lists it, or that of the group to which it
-//! belongs (net weight, the righting moment), and nothing else. *Listed*: each hidden effect is named, listed
-//! or told as what it behaves like. *False names*: names beyond the hidden ones. Seconds are those of one core (median).
+//! The truth is the plant (`plant/`), which shares no code with the search. Each campaign is
+//! written as a folder and read like that of a user. Seeds alternate between a vehicle of 190 kg
+//! and one of 11.5 kg; one of 13.5 kg has six degrees of freedom. *Exact*: each hidden effect is
+//! found by its name, by an effect whose `also_possible` lists it, or by that of its group (net
+//! weight, the righting moment), and nothing else is found. *Listed*: each hidden effect is found
+//! as for *exact*, or is in `behaves_like`. *False names*: effects found that match no hidden one.
+//! Seconds are those of one core (median).
 
 mod cells;
 mod drawn;
@@ -21,7 +24,7 @@ use hydrosysid::discover::{Discovery, FoundEffect, Verdict};
 use over_seeds::Arguments;
 use rayon::prelude::*;
 
-/// One campaign, judged.
+/// Result of one campaign, compared with its hidden effects.
 struct Outcome {
     verdict: Verdict,
     exact: bool,
@@ -47,8 +50,8 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     Ok(judged(&hidden, &found, seed, begin.elapsed().as_secs_f64()))
 }
 
-/// All that an effect is right for: its name, those that the data cannot tell from it, and those of its group, which follow it
-/// among the names to adopt.
+/// All hidden effects for which a found one is right: its name, those that the data cannot
+/// distinguish from it, and those of its group, which follow it in the names to adopt.
 fn names<'a>(effect: &'a FoundEffect, found: &'a Discovery) -> Vec<&'a String> {
     let from_it = found.adopt.iter().skip_while(|name| **name != effect.id).skip(1);
     let group = from_it.take_while(|name| found.effects.iter().all(|other| other.id != **name));

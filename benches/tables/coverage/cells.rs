@@ -1,16 +1,17 @@
-//! The cells of the table: what is random in a campaign, and what the fit assumes wrongly.
+//! The rows of the table: the random force and instruments of a campaign, and the wrong assumptions
+//! of the fit.
 
 use hydrosysid_plant::{Campaign, Dof, Input, Pilots, RandomForce, Suite, Vehicle};
 
-/// One cell.
+/// One row.
 pub struct Cell {
     /// Section of the page.
     pub section: &'static str,
-    /// What is in it.
+    /// Name of the row.
     pub name: String,
     /// The campaign of a seed.
     pub campaign: Box<dyn Fn(u64) -> Campaign + Sync>,
-    /// What is stated in `[noise]`, as a factor of the truth; `None`: nothing.
+    /// Measurement noise that is given to the fit, as a factor of the true one; `None`: the fit estimates it.
     pub stated: Option<f64>,
 }
 
@@ -25,7 +26,7 @@ fn cell(section: &'static str, name: impl Into<String>, campaign: impl Fn(u64) -
     Cell { section, name: name.into(), campaign: Box::new(campaign), stated: None }
 }
 
-/// All cells.
+/// All rows.
 pub fn cells() -> Vec<Cell> {
     let mut all = Vec::new();
     let grid = "Random force by rms (share of the commanded force) and correlation time";

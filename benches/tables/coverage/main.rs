@@ -1,13 +1,14 @@
-//! The table of coverage: do 95 % intervals of filter error cover the truth 95 % of the time, and is the estimate as
-//! good as can be?
+//! Table of coverage: how often the 95 % intervals of filter error cover the true value, and how
+//! near the errors of the estimates are to the Cramér-Rao bound.
 //!
 //! `cargo run --release --example coverage -- [--seeds N] [--first SEED] [--only TEXT] [--write FILE]`
 //!
-//! The truth is the independent plant (`plant/`), which shares no code with the estimator. Each campaign is a vehicle
-//! drawn anew, written as a folder and read back as a user's would be. Errors are divided by the Cramér-Rao bound of
-//! their own campaign at its true parameters, noise and random force, before they are squared and averaged. Deviations include, as those
-//! of the verb `fit`, how far an effect that the innovations follow and the model lacks would move the parameters; seconds are those
-//! of the fit alone.
+//! The truth is the independent plant (`plant/`), which shares no code with the estimator. Each
+//! campaign has a newly drawn vehicle, is written as a folder and read like that of a user. Errors
+//! are divided by the Cramér-Rao bound of their own campaign at its true parameters, noise and
+//! random force, before they are squared and averaged. As in the verb `fit`, standard deviations
+//! include the shift of the parameters by an effect that the model lacks and that the innovations
+//! show. Seconds are those of the fit alone.
 
 mod cells;
 #[path = "../over_seeds/mod.rs"]
@@ -29,13 +30,14 @@ use hydrosysid_plant::Sailed;
 use over_seeds::Arguments;
 use rayon::prelude::*;
 
-/// One campaign.
+/// Result of one campaign.
 struct Outcome {
-    /// Error over standard deviation, and over the bound, of each parameter.
+    /// Name of each parameter, with its error over its standard deviation and over the bound.
     errors: Vec<(String, f64, f64)>,
-    /// Rms found over rms true, correlation time found over true, by degree of freedom with a true force.
+    /// Estimated rms over the true one, and estimated correlation time over the true one, for each
+    /// true random force.
     force: Vec<(f64, f64)>,
-    /// Greatest force found as a share of the commanded one, where there is none.
+    /// Largest estimated random force, as a share of the commanded one; false where there is no true force.
     false_force: f64,
     converged: bool,
     white: bool,
@@ -111,21 +113,21 @@ fn read(sailed: &Sailed, folder: &Path) -> Result<Campaign, String> {
     Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).map_err(|e| e.to_string())
 }
 
-/// The noise as the plant made it; what the filter found where the plant has no number for it.
+/// The true noise of the plant; for a sensor without a true value, the estimated one.
 fn true_noise(sailed: &Sailed, outputs: &[String], found: &NoiseModel) -> NoiseModel {
     let sensor = |(name, found): (&String, &SensorNoise)| {
         sailed.truth.noise.get(name).map_or(*found, |std| SensorNoise { std: *std, coloured: None })
     };
     let forces = sailed.truth.force.iter().filter(|f| f.rms > 0.0).filter_map(|f| {
         let dof = Dof::from_name(f.dof.name())?;
-        // a force that is new at every command sample is held for it
+        // a force that is new at every command sample and held over it
         let time = if f.correlation > 0.0 { f.correlation } else { 0.5 / sailed.campaign.command_rate };
         Some(RandomForce { dof, rms: f.rms, time })
     });
     NoiseModel { forces: forces.collect(), sensors: outputs.iter().zip(&found.sensors).map(sensor).collect() }
 }
 
-/// Half the width of a 95 % interval in standard deviations.
+/// Half width of a 95 % interval, in standard deviations.
 const TWO_SIDED_95: f64 = 1.959_964;
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! Logs of an attitude that an estimator has smoothed, as the plant's complementary filter makes it.
+//! Logs with an attitude that an estimator has smoothed, here the complementary filter of the plant.
 
 use super::faults::{Fault, Log};
 
@@ -9,7 +9,7 @@ const fn smoothed(number: usize, name: &'static str) -> Fault {
     Fault { section: "Estimates", log: Log::Smoothed(number), name, codes: &["K106"], inject: |t, _| t.csv() }
 }
 
-/// A heading smoothed over each of [`SMOOTHINGS`].
+/// A heading smoothed with each of [`SMOOTHINGS`].
 pub const ESTIMATES: [Fault; 3] = [
     smoothed(0, "a heading smoothed over 0.3 s"),
     smoothed(1, "a heading smoothed over 0.5 s"),

@@ -1,15 +1,16 @@
-//! The faults that logs of vehicles have, each put into a sound log, and the findings that are right for it.
+//! Faults of vehicle logs, each injected into a sound log, and the codes of the findings that are
+//! right for it.
 
 use super::table::Table;
 
-/// Into which logs a fault is put.
+/// Kind of log into which a fault is injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Log {
-    /// Commands in time, motion in all degrees of freedom.
+    /// Commands as functions of time, motion in all degrees of freedom.
     Moving,
     /// A controller holds heading and speed.
     Controlled,
-    /// As `Moving`, the heading smoothed over the time constant of this number.
+    /// As `Moving`, with the heading smoothed by the time constant of this index.
     Smoothed(usize),
 }
 
@@ -17,17 +18,17 @@ pub enum Log {
 pub struct Fault {
     /// Section of the page.
     pub section: &'static str,
-    /// Into what it is put.
+    /// Kind of log into which it is injected.
     pub log: Log,
-    /// What it is.
+    /// Name of the fault.
     pub name: &'static str,
-    /// Codes of which one has to be raised.
+    /// Codes of which at least one must be raised.
     pub codes: &'static [&'static str],
-    /// Puts it into a log; the number changes where.
+    /// Injects it into a log and returns the CSV; the number changes the place.
     pub inject: fn(Table, usize) -> String,
 }
 
-/// A change of the table alone.
+/// A fault that only changes the table.
 macro_rules! table {
     (|$table:ident, $seed:ident| $change:block) => {
         |mut $table, $seed| {
@@ -38,13 +39,14 @@ macro_rules! table {
     };
 }
 
-/// A place in the middle half of a log.
+/// Index of a row in the middle half of a log.
 fn inside(table: &Table, seed: usize) -> usize {
     let rows = table.rows.len();
     rows / 4 + (seed * 7919) % (rows / 2)
 }
 
-/// A number between −1 and 1 that row and channel give, for what a sensor says of a vehicle that does nothing.
+/// A pseudo-random number between −1 and 1 from row and channel, as the noise of a sensor on a
+/// vehicle at rest.
 fn scatter(row: usize, channel: usize) -> f64 {
     let mixed = (row as u64 * 31 + channel as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1u64 << 52) as f64 - 1.0

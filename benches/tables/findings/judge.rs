@@ -1,7 +1,8 @@
-//! What `check` says of logs of the plant: hits of faults that are put in, and findings on sound logs.
+//! Findings of `check` on logs of the plant: hits on logs with an injected fault, and false
+//! findings on sound logs.
 //!
-//! A *hit* is a finding of one of the codes that are right for the fault. A sound log has a *false finding* where any
-//! warning or error is raised on it; notes are none.
+//! A *hit* is a finding with one of the codes that are right for the fault. A sound log has a
+//! *false finding* if any warning or error is raised on it; notes do not count.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,13 +17,13 @@ use super::estimates::SMOOTHINGS;
 use super::faults::{Fault, Log};
 use super::table::Table;
 
-/// What is changed of an ordinary campaign.
+/// Change of an ordinary campaign.
 pub type Sailing = fn(Campaign) -> Campaign;
 
-/// The same with what it captures.
+/// Change of an ordinary campaign, as a closure.
 type Way<'a> = &'a (dyn Fn(Campaign) -> Campaign + Sync);
 
-/// Ways of sailing whose logs are sound.
+/// Campaigns whose logs are sound.
 pub const SOUND: [(&str, Sailing); 5] = [
     ("the ordinary instruments", |c| c),
     ("a random force of 5 % of the thrust", |c| Campaign { force: RandomForce { share: 0.05, correlation: 1.0 }, ..c }),
@@ -37,10 +38,11 @@ pub const SOUND: [(&str, Sailing); 5] = [
     ("commands of single thrusters", |c| Campaign { commands: Commands::Thrusters, ..c }),
 ];
 
-/// The logs of a campaign, as CSV: a vehicle of 190 kg and one of 11.5 kg in turn.
+/// The logs of the campaign of a seed, as CSV; seeds alternate between a vehicle of 190 kg and one
+/// of 11.5 kg.
 ///
 /// # Errors
-/// What the plant says.
+/// Those of the plant.
 pub fn logs(seed: u64, way: Way<'_>) -> Result<Vec<String>, String> {
     let name = if seed.is_multiple_of(2) { "laurs" } else { "small" };
     let vehicle = Vehicle::named(name).ok_or("the plant has this vehicle")?;
@@ -48,8 +50,8 @@ pub fn logs(seed: u64, way: Way<'_>) -> Result<Vec<String>, String> {
     Ok(sailed.logs.iter().map(|log| log.csv("V")).collect())
 }
 
-/// The logs into which faults are put: of each campaign the last run, which moves in all degrees of freedom, one of a
-/// single degree of freedom, and one under a controller.
+/// The logs into which faults are injected, the last run of each campaign: a run that moves in all
+/// degrees of freedom, the same under a controller, and the same with a smoothed heading.
 pub struct Base {
     moving: Vec<String>,
     controlled: Vec<String>,
@@ -57,10 +59,10 @@ pub struct Base {
 }
 
 impl Base {
-    /// Those of these seeds.
+    /// The logs of these seeds.
     ///
     /// # Errors
-    /// What the plant says.
+    /// Those of the plant.
     pub fn sail(seeds: std::ops::Range<u64>) -> Result<Base, String> {
         let last = |way: Way<'_>| -> Result<Vec<String>, String> {
             let all: Result<Vec<_>, String> = seeds.clone().into_par_iter().map(|seed| logs(seed, way)).collect();
@@ -77,7 +79,7 @@ impl Base {
         })
     }
 
-    /// Hits of a fault, of how many, and the codes of the misses with their number.
+    /// Number of hits of a fault, number of logs, and number of misses by the codes that they raised instead.
     ///
     /// # Errors
     /// A log that cannot be written.
@@ -104,7 +106,7 @@ impl Base {
 /// The codes that are raised on each of the sound logs of these seeds.
 ///
 /// # Errors
-/// What the plant says; a log that cannot be written.
+/// Those of the plant; a log that cannot be written.
 pub fn of_sound(seeds: std::ops::Range<u64>, way: Sailing, name: &str) -> Result<Vec<Vec<String>>, String> {
     let logs: Result<Vec<_>, String> = seeds.into_par_iter().map(|seed| logs(seed, &way)).collect();
     let logs: Vec<String> = logs?.into_iter().flatten().collect();

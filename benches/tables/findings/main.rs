@@ -1,8 +1,9 @@
-//! The table of findings: what `check` says of logs into which faults are put, and of sound ones.
+//! Table of findings of `check` on logs with injected faults and on sound logs.
 //!
 //! `cargo run --release --example findings -- [--seeds N] [--first SEED] [--only TEXT] [--write FILE]`
 //!
-//! The logs are those of the plant (`plant/`), which shares no code with the checks. How a row is judged: `judge.rs`.
+//! The logs are those of the plant (`plant/`), which shares no code with the checks. `judge.rs`
+//! defines hits and false findings.
 
 mod estimates;
 mod faults;

@@ -1,4 +1,4 @@
-//! A log as text in columns, for faults to be put into.
+//! A log as a table of text, into which faults are injected.
 
 /// Header and cells of a CSV.
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of a CSV with no quotes.
+    /// The table of a CSV without quotes.
     pub fn read(csv: &str) -> Table {
         let mut lines = csv.lines().map(|line| line.split(',').map(str::to_string).collect::<Vec<_>>());
         Table { headers: lines.next().unwrap_or_default(), rows: lines.collect() }
@@ -22,7 +22,7 @@ impl Table {
         lines.map(|cells| cells.join(",") + "\n").collect()
     }
 
-    /// Number of the column of a channel.
+    /// Index of the column of a channel.
     pub fn column(&self, channel: &str) -> usize {
         let is = |header: &String| header.split(' ').next() == Some(channel);
         self.headers.iter().position(is).unwrap_or_else(|| panic!("the log has no {channel}"))
@@ -34,7 +34,7 @@ impl Table {
         self.rows.iter().map(|row| row[at].parse().ok()).collect()
     }
 
-    /// Changes the samples of a channel; the change is told the number of the row.
+    /// Changes the samples of a channel; `to` gets the index of the row and the value.
     pub fn change(&mut self, channel: &str, mut to: impl FnMut(usize, f64) -> f64) {
         let at = self.column(channel);
         for (k, row) in self.rows.iter_mut().enumerate() {
@@ -56,7 +56,7 @@ impl Table {
         self.rows.iter_mut().for_each(|row| row.swap(a, b));
     }
 
-    /// Brings the samples of a channel `rows` rows later; the first ones stay as they are.
+    /// Delays the samples of a channel by `rows` rows; the first ones stay as they are.
     pub fn late(&mut self, channel: &str, rows: usize) {
         let at = self.column(channel);
         for k in (rows..self.rows.len()).rev() {

@@ -1,22 +1,22 @@
-//! The words of a table over seeds: how many, from which on, which rows, where to.
+//! Command line arguments of a table over seeds: number of seeds, first seed, rows, output file.
 
-/// What is asked of the command.
+/// Arguments of the command.
 pub struct Arguments {
-    /// Seeds a row.
+    /// Number of seeds for each row.
     pub seeds: u64,
     /// The first of them.
     pub first: u64,
-    /// Text that a row or its section holds; all rows where it is empty.
+    /// Text that a row or its section must contain; if empty, all rows.
     pub only: String,
-    /// File to write; printed where there is none.
+    /// File to write; `None`: standard output.
     pub write: Option<String>,
 }
 
 impl Arguments {
-    /// `[--seeds N] [--first SEED] [--only TEXT] [--write FILE]`: so many `seeds` from `first` on where nothing else is said.
+    /// Reads `[--seeds N] [--first SEED] [--only TEXT] [--write FILE]`; `seeds` and `first` are the defaults.
     ///
     /// # Errors
-    /// A word that is none of these, or one that lacks its value.
+    /// An unknown argument, or an argument without its value or with a wrong one.
     pub fn read(seeds: u64, first: u64) -> Result<Arguments, String> {
         let mut found = Arguments { seeds, first, only: String::new(), write: None };
         let mut words = std::env::args().skip(1);

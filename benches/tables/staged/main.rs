@@ -1,5 +1,5 @@
-//! The staged procedure over many seeds of the virtual tank: how often its intervals hold the truth, and how the
-//! all-at-once twin fares.
+//! Table of the staged procedure over many seeds of the virtual tank: how often its intervals cover
+//! the true value, and the errors of the all-at-once twin.
 //!
 //! ```text
 //! cargo run --release --example staged -- [--seeds 50] [--noise 1] [--write docs/staged.md]
@@ -17,14 +17,14 @@ use hydrosysid::tank::paper_campaign;
 use rayon::prelude::*;
 use table::{Entry, Twin, entries, fit, twins};
 
-/// Filters of the twin's acceleration, samples and degree; the third is the usual one.
+/// Filters of the twin's acceleration: samples and degree; the third is the default.
 const FILTERS: [(usize, usize); 5] = [(3, 2), (5, 2), (7, 2), (9, 2), (9, 3)];
 
-/// Why deviations are wider than the scatter.
+/// Explanation on the page of standard deviations that are larger than the scatter.
 const WIDE: &str = "Where a reported deviation is wider than the scatter the rows are few: three coefficients from four to \
     seven steady windows. The noise of the samples in each window counts there for four degrees of freedom \
     beside the residuals of the windows, and Student's t makes two deviations hold 95.4 %; with the residuals \
-    alone, as before, they were up to seven times too wide (`src/procedure/few.rs`). Oscillations carry the \
+    alone, as before, they were up to seven times too wide (`src/procedure/small_sample.rs`). Oscillations carry the \
     deviations of the drag that they hold. The bias of inertias is that of noise in the columns of one-sample \
     rows.";
 
@@ -75,7 +75,7 @@ fn page(seeds: u64, noise: f64) -> String {
         let hits = rows.iter().filter(|e| e.holds()).count();
         let bias = rows.iter().map(|e| e.value - e.truth).sum::<f64>() / n;
         let scatter = (rows.iter().map(|e| (e.value - e.truth - bias).powi(2)).sum::<f64>() / n).sqrt();
-        // a few campaigns in a hundred have very wide ones, by Student's t
+        // the median, since Student's t makes the deviations of a few per cent of the campaigns very large
         let mut stds: Vec<f64> = rows.iter().map(|e| e.std).collect();
         stds.sort_by(f64::total_cmp);
         let std = stds[stds.len() / 2];

@@ -1,8 +1,9 @@
-//! The staged procedure held against the truth of the virtual tank: one entry an estimate, one an all-at-once twin.
+//! Comparison of the staged procedure with the truth of the virtual tank: one entry for each
+//! estimate, and one for each all-at-once twin.
 //!
-//! An estimate belongs to the run, or to the runs with one truth, of its stage. The twin is absurd when a drag
-//! coefficient is negative, or when a coefficient lies more than three of its own standard deviations and more than
-//! half of its truth away from it.
+//! An estimate is compared with the truth of the run of its stage, or of its runs if they share one
+//! truth. A value of the twin is absurd if it is a negative drag coefficient, or if it differs from
+//! its truth by more than three of its own standard deviations and by more than half of the truth.
 
 use hydrosysid::compare::{CompareOptions, compare};
 use hydrosysid::effects::Coriolis;
@@ -16,7 +17,7 @@ use hydrosysid::thrust::advance::AdvanceLoss;
 use hydrosysid::thrust::efficiency::Efficiency;
 use hydrosysid::vehicle::Water;
 
-/// One estimate and the truth of its run.
+/// One estimate, and the truth of its run.
 pub struct Entry {
     pub dof: Dof,
     pub stage: String,
@@ -27,30 +28,30 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Within two reported standard deviations.
+    /// Whether the truth is within two reported standard deviations.
     pub fn holds(&self) -> bool {
         (self.value - self.truth).abs() <= 2.0 * self.std
     }
 }
 
-/// The twin of one zig-zag.
+/// The all-at-once twin of one zig-zag.
 pub struct Twin {
     pub run: String,
-    /// Mean |measured − simulated| of the staged balance of yaw, (29), u and v as logged, rad/s.
+    /// Mean |measured − simulated| of r by the staged balance of yaw, (29), with u and v as logged, rad/s.
     pub staged_error: f64,
-    /// The same of the twin's, (30), rad/s.
+    /// The same by the balance of the twin, (30), rad/s.
     pub twin_error: f64,
-    /// Both errors where surge and sway are simulated too, by the staged model of the run.
+    /// Both errors when surge and sway are simulated too, by the staged model of the run.
     pub in_the_plane: (f64, f64),
-    /// cond(HᵀH), staged and at once.
+    /// cond(HᵀH) of the staged fit and of the twin.
     pub condition: (f64, f64),
-    /// Absurd values in words.
+    /// Absurd values as text.
     pub absurd: Vec<String>,
     /// Whether one of them is a negative drag.
     pub negative: bool,
 }
 
-/// The campaign's baseline; W − B is weighed.
+/// The baseline model of the campaign, with W − B fixed at its weighed value.
 pub fn model(campaign: &PaperCampaign) -> Model {
     let effects: Vec<&str> = campaign.baseline.iter().map(String::as_str).collect();
     let mut model = Model::with_effects(&campaign.dofs, Coriolis::Free, &effects).expect("the baseline is a model");
@@ -83,7 +84,8 @@ fn term(estimate: &Estimate) -> String {
     }
 }
 
-/// The true value of an estimate in the run of its stage; the drag of anticlockwise turns is that of Table 7.
+/// The true value of an estimate in the run of its stage; for anticlockwise turns the drag is that
+/// of Table 7.
 fn truth(campaign: &PaperCampaign, stage: &Stage, estimate: &Estimate) -> Option<f64> {
     match (stage.name.as_str(), estimate.effect.as_str()) {
         ("steady anticlockwise", "linear_drag") => return Some(18.21),
@@ -94,17 +96,17 @@ fn truth(campaign: &PaperCampaign, stage: &Stage, estimate: &Estimate) -> Option
     campaign.truths[run].value(&term(estimate))
 }
 
-/// Stages whose runs all have one truth: those of single runs, towing, bollard, and steady ones, except both directions
-/// of yaw together.
+/// Whether all runs of a stage share one truth: stages with a single run, steady ones and towing,
+/// but not both directions of yaw together.
 fn has_one_truth(stage: &Stage) -> bool {
     let together = stage.name == "steady" && stage.dof == Dof::Yaw;
     (stage.runs.len() == 1 || stage.name.starts_with("steady") || stage.name == "towing") && !together
 }
 
-/// Every estimate that has a truth.
+/// An entry for every estimate that has a true value.
 pub fn entries(campaign: &PaperCampaign, result: &StagedResult) -> Vec<Entry> {
     let of_stage = |stage: &Stage| -> Vec<Entry> {
-        // runs of one kind are one row of the table
+        // runs of one kind share a row of the table
         let kind = if stage.runs.len() == 1 { stage.name.split(' ').next() } else { None };
         let entry = |e: &Estimate| {
             Some(Entry {

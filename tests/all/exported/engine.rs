@@ -1,5 +1,6 @@
-//! A physics engine as simulators have them: one rigid body, forces of a step from the state before it, semi-implicit
-//! Euler. World z up, body forward-port-up, as in Gazebo; commands and results forward-starboard-down.
+//! A physics engine like those of simulators: one rigid body, forces of each step from the state
+//! before it, semi-implicit Euler. World z up, body forward-port-up, as in Gazebo; commands and
+//! results forward-starboard-down.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
@@ -15,20 +16,20 @@ pub struct Link {
     pub centre: Vector3<f64>,
     /// Inertia about the centre of mass, kg·m².
     pub inertia: Matrix3<f64>,
-    /// M_A of an engine that has it in the inertia of the link, about its origin.
+    /// M_A about the origin of the link, for an engine that adds it to the inertia of the link.
     pub fluid: Matrix6<f64>,
 }
 
-/// What a plugin sees at a step, forward-port-up.
+/// State that a plugin gets at a step, forward-port-up.
 pub struct Seen {
     /// Velocity of the origin of the link, body axes.
     pub nu: Vector6<f64>,
-    /// World from body.
+    /// Rotation from body to world.
     pub attitude: Rotation3<f64>,
     pub step: f64,
 }
 
-/// Forces of a plugin, body axes: at the origin of the link, at the centre of mass.
+/// Forces of a plugin in body axes, at the origin of the link and at the centre of mass.
 #[derive(Default)]
 pub struct Forces {
     pub at_origin: Vector6<f64>,
@@ -51,7 +52,8 @@ impl Link {
         rigid
     }
 
-    /// Velocities at `every` seconds under `command` (forward-starboard-down, at the origin of the link) and a plugin.
+    /// Velocities every `every` seconds under `command` (forward-starboard-down, at the origin of
+    /// the link) and a plugin.
     pub fn run(
         &self,
         [step, every, seconds]: [f64; 3],
@@ -93,7 +95,7 @@ pub fn differences(path: &[Vector6<f64>], truth: &[Vector6<f64>]) -> Vec<f64> {
     (0..6).map(share).collect()
 }
 
-/// Every velocity within `share` of the motion.
+/// Asserts that the difference of every velocity is below `share` of its root mean square.
 pub fn assert_within(path: &[Vector6<f64>], truth: &[Vector6<f64>], share: f64) {
     let worst = differences(path, truth);
     println!("differences of u v w p q r: {worst:.5?}");

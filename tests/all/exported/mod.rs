@@ -1,4 +1,5 @@
-//! What the tests of exports share: models, their motion by the library, and an integrator for the targets' equations.
+//! Shared parts of the tests of exports: models, their motion by the library, and an integrator for
+//! the equations of the targets.
 
 #[allow(dead_code)] // not every test steps an engine
 pub mod engine;
@@ -25,7 +26,7 @@ use roxmltree::Node;
 pub const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 pub const PATH: &str = "model.toml";
 
-/// A model file of these terms, each with the value of its first parameter.
+/// A model file with these terms, each with a value for its first parameter.
 pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFile {
     let mut model = Model::new(dofs, coriolis);
     for (name, value) in terms {
@@ -93,8 +94,8 @@ pub fn planar(more: &[(&str, f64)]) -> ModelFile {
     file(&PLANAR, &terms, Coriolis::Tied)
 }
 
-/// A model in six degrees of freedom that floats upright, with the couplings `more`, and a centre of gravity off the
-/// origin of the body.
+/// A model in six degrees of freedom that floats upright, with the couplings `more`, and a centre
+/// of gravity off the origin of the body.
 pub fn floating(more: &[(&str, f64)]) -> ModelFile {
     let mut terms = vec![
         ("inertia@surge", 250.0),
@@ -108,7 +109,7 @@ pub fn floating(more: &[(&str, f64)]) -> ModelFile {
         ("restoring_heave", -12.0),
         ("restoring_roll", 80.0),
         ("restoring_pitch", 80.0),
-        // m r_g of the rigid body, and of the water by far less
+        // m r_g of the rigid body, plus a smaller part of the added mass
         ("added_mass_coupling@surge:pitch", 200.0 * 0.03 + 3.0),
         ("added_mass_coupling@sway:roll", -200.0 * 0.03 - 2.0),
         ("added_mass_coupling@sway:yaw", 200.0 * 0.05 - 4.0),
@@ -134,7 +135,8 @@ pub fn floating(more: &[(&str, f64)]) -> ModelFile {
     file
 }
 
-/// A random force in every degree of freedom and noise of every velocity, one of them coloured.
+/// Noise of a model: a random force in every degree of freedom and noise of every velocity, one of
+/// them coloured.
 pub fn noise(dofs: &[Dof]) -> ModelNoise {
     let force = |dof: &Dof| ModelForce {
         dof: *dof,
@@ -158,8 +160,8 @@ pub fn noise(dofs: &[Dof]) -> ModelNoise {
     }
 }
 
-/// A campaign of two thrusters under `folder`, as the targets that write thrusters take it: one along surge, one astern and
-/// aslant with a dead band.
+/// A campaign under `folder` with two thrusters, for the targets that write thrusters: one along
+/// surge, one in the stern at an angle, with a dead band.
 pub fn thrusters(folder: &Path, name: &str, more: &str) -> std::path::PathBuf {
     let path = folder.join("campaign.toml");
     let text = format!(
@@ -175,7 +177,7 @@ pub fn thrusters(folder: &Path, name: &str, more: &str) -> std::path::PathBuf {
     path
 }
 
-/// Couplings beside those of [`floating`] that functions hold, of every kind that coefficients have.
+/// Couplings in addition to those of [`floating`], of every kind that an exported function can represent.
 pub const EVERY_COUPLING: [(&str, f64); 5] = [
     ("linear_cross_damping@sway:yaw", 12.0),
     ("linear_cross_damping@surge:pitch", 9.0),
@@ -184,7 +186,7 @@ pub const EVERY_COUPLING: [(&str, f64); 5] = [
     ("drag_asymmetry@heave", 60.0),
 ];
 
-/// Couplings of every kind that a simulator of coefficients may hold.
+/// Couplings of every kind that a simulator with coefficients can represent.
 pub const COUPLED: [(&str, f64); 5] = [
     ("mixed_drag@yaw:surge", 25.0),
     ("linear_cross_damping@sway:yaw", 12.0),
@@ -205,7 +207,7 @@ pub fn codes(export: &Export) -> BTreeSet<&str> {
     export.warnings.iter().map(|w| w.code).collect()
 }
 
-/// The force of the tests at a time, forward-starboard-down: linear between its samples, as runs are.
+/// The force of the tests at time `t`, forward-starboard-down, linear between its samples as in runs.
 pub fn force(samples: &[[f64; 6]], t: f64) -> Vector6<f64> {
     let k = ((t / STEP) as usize).min(samples.len() - 2);
     let share = t / STEP - k as f64;
@@ -215,7 +217,7 @@ pub fn force(samples: &[[f64; 6]], t: f64) -> Vector6<f64> {
 pub const STEP: f64 = 0.1;
 pub const SECONDS: f64 = 60.0;
 
-/// Forces that move every modelled degree of freedom, each with periods of its own.
+/// Forces that move every modelled degree of freedom, each with its own period.
 pub fn samples(dofs: &[Dof]) -> Vec<[f64; 6]> {
     let size = [90.0, 80.0, 70.0, 9.0, 10.0, 12.0];
     let at = |k: usize| {
@@ -228,10 +230,10 @@ pub fn samples(dofs: &[Dof]) -> Vec<[f64; 6]> {
     (0..=(SECONDS / STEP) as usize + 1).map(at).collect()
 }
 
-/// Steps of the minute.
+/// Number of sample intervals of the minute.
 const COUNT: usize = (SECONDS / STEP) as usize;
 
-/// A run of forces at the samples, and of velocities.
+/// A run with forces and velocities at the samples.
 pub fn run_of(dofs: &[Dof], samples: &[[f64; 6]], velocity: &dyn Fn(usize, Dof) -> f64) -> Run {
     let time: std::sync::Arc<[f64]> = (0..=COUNT).map(|k| STEP * k as f64).collect();
     let mut run = Run { name: "test".into(), ..Run::default() };
@@ -244,7 +246,7 @@ pub fn run_of(dofs: &[Dof], samples: &[[f64; 6]], velocity: &dyn Fn(usize, Dof) 
     run
 }
 
-/// Velocities of the model at the samples, by the library.
+/// Velocities of the model at the samples by the library.
 pub fn truth(file: &ModelFile) -> Vec<Vector6<f64>> {
     truth_of(file, &run_of(&file.model.dofs, &samples(&file.model.dofs), &|_, _| 0.0))
 }
@@ -302,7 +304,8 @@ pub fn coriolis(m: &Matrix6<f64>, nu: &Vector6<f64>) -> Vector6<f64> {
     Vector6::new(force[0], force[1], force[2], moment[0], moment[1], moment[2])
 }
 
-/// Same motion: two integrators of fourth order at different steps, with forces that have corners at the samples.
+/// Asserts that two motions agree within `tolerance` of the largest velocity. The tolerance is for
+/// two integrators of fourth order with different steps, and for forces with kinks at the samples.
 pub fn assert_same(path: &[Vector6<f64>], truth: &[Vector6<f64>], tolerance: f64) {
     assert_eq!(path.len(), truth.len());
     let size = truth.iter().map(|nu| nu.amax()).fold(0.0, f64::max);

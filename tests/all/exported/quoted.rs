@@ -1,4 +1,5 @@
-//! The differences that `docs/exports.md` quotes, by which the tests of the consumers bound what they measure.
+//! The differences of motion that `docs/exports.md` quotes, which are the limits in the tests of
+//! the consumers.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use nalgebra::Vector6;
 
 use super::engine::differences;
 
-/// The rows of the table of targets: the targets of a row, and its other cells.
+/// Rows of the table of targets: the targets of each row, and its other cells.
 pub fn rows() -> Vec<(Vec<String>, Vec<String>)> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/exports.md");
     let text = std::fs::read_to_string(page).expect("a page of the book");
@@ -25,7 +26,7 @@ pub fn rows() -> Vec<(Vec<String>, Vec<String>)> {
     lines.map(row).collect()
 }
 
-/// Per cent that the first row of a target quotes, and whether it is but an upper bound (`below …`).
+/// Per cent that the first row of a target quotes, and whether it is only an upper bound (`below …`).
 fn quoted(target: Target) -> (f64, bool) {
     let all = rows();
     let found = all.iter().find(|(names, _)| names.iter().any(|name| name == target.name()));
@@ -35,7 +36,9 @@ fn quoted(target: Target) -> (f64, bool) {
     (percent, cell.starts_with("below"))
 }
 
-/// The worst velocity is as far off as the book says: a minute of sums differs between machines by far less than half.
+/// Asserts that the worst velocity differs by as much as the book quotes: by 0.5 to 1.5 times that,
+/// or below it where it is an upper bound. Differences between machines are far smaller than this
+/// margin.
 pub fn assert_quoted(target: Target, path: &[Vector6<f64>], truth: &[Vector6<f64>]) {
     let each = differences(path, truth);
     let worst = 100.0 * each.iter().copied().fold(0.0, f64::max);

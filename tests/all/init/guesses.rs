@@ -1,8 +1,8 @@
-//! What `init` guesses of columns by their names, units and values, and what it does not.
+//! Guesses of `init` on columns by their names, units and values, and their limits.
 
 use super::*;
 
-/// What stands on stdout, and the campaign.
+/// Standard output of `init`, and the campaign that it writes.
 fn told(folder: &Folder, log: &str, more: &[&str]) -> (String, String) {
     let place = folder.path("made");
     let said = succeeds(&[&["init", log, "-o", &place, "--force"], more].concat());
@@ -30,7 +30,7 @@ fn a_unit_that_is_stated_is_never_overruled() {
     );
     assert!(!text.lines().any(|line| line.starts_with("tau_r")), "{text}");
     assert!(said.contains("left out of the model: yaw (it moves, and no command drives it)"), "{said}");
-    // under a name of the reader, too, the log stays readable
+    // with an unknown unit under a name of the library the log stays readable, too
     let log = swum(&folder, "b.csv", "t,u,tau_u,tau_v [foo]", |_, [t, a, b, u, ..]| {
         format!("{t:.1},{u:.5},{:.3},{b:.3}", a + b)
     });
@@ -64,7 +64,7 @@ fn a_channel_that_never_changes_is_no_thruster() {
             format!("{t:.1},{u:.5},{r:.5},{psi:.5},{a:.0},{b:.0},{b:.0},{a:.0},{c},{c},1500,1100")
         });
     let (said, text) = told(&folder, &log, &[]);
-    // thrusters that are guessed push along heave, of which no channel is logged
+    // the guessed thrusters also push in heave, but no channel of heave is logged
     assert!(!said.contains("left out of the model"), "{said}");
     assert!(text.contains("six thrusters: taken as those of a BlueROV2") && !text.contains("V7 = "), "{text}");
     assert!(

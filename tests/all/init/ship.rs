@@ -1,16 +1,17 @@
-//! A ship's zig-zags as a bridge logs them: once a second, one rudder, and turns of the propeller that never change.
+//! Zig-zags of a ship as recorded on its bridge: 1 Hz, one rudder, and constant revolutions of the propeller.
 
 use super::*;
 
 /// Virtual masses in surge and sway, kg, and in yaw, kg·m².
 const INERTIA: [f64; 3] = [2.1e6, 3.4e6, 9.0e8];
-/// What carries it at 6 m/s, N, and the part of a propeller's thrust that a hull takes.
+/// Thrust for 6 m/s, N.
 const THRUST: f64 = 144e3;
+/// Thrust deduction of the hull, as a share of the propeller's thrust.
 const DEDUCTION: f64 = 0.2;
-/// Place of the rudder, m, and the slope of its lift, kg/m.
+/// Position of the rudder, m, and slope of its lift, kg/m.
 const RUDDER: [f64; 2] = [-30.0, 4.0e3];
 
-/// The log of one zig-zag by `degrees`, with noise of the sensors: 0.02 m/s, 0.01 °/s, 0.1°.
+/// The log of one zig-zag of `degrees`, with sensor noise of 0.02 m/s, 0.01 °/s and 0.1°.
 ///
 /// `m_u u̇ = T − q u² + m_v v r − k_D u² δ²`, `m_v v̇ = −m_u u r − d u v − k u (u δ + v + x r)`,
 /// `I ṙ = (m_u − m_v) u v − e u r + x Y`, by Euler steps of 0.02 s: a hull at speed is damped by its lift.
@@ -19,7 +20,7 @@ fn zigzag(degrees: f64, seconds: f64, seed: u64) -> String {
     pushed(degrees, seconds, seed, header, |_| 1.0, |_| "80".into())
 }
 
-/// The same under `part` of the thrust that carries it at 6 m/s, with `last` of that part in the last column.
+/// The same with the share `part(t)` of the thrust for 6 m/s, and `last` of that share in the last column.
 fn pushed(
     degrees: f64,
     seconds: f64,
@@ -33,7 +34,7 @@ fn pushed(
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    // the sum of twelve is Gaussian within what a test can tell
+    // a sum of twelve uniform numbers is close enough to Gaussian
     let mut noise = move |std: f64| std * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
     let mut text = format!("{header}\n");
     let ([m_u, m_v, i_r], [x, k]) = (INERTIA, RUDDER);
@@ -62,7 +63,7 @@ fn pushed(
             }
             let _ = writeln!(text, ",{}", last(part(t)));
         }
-        // 3 degrees a second, as a steering gear turns
+        // 3 degrees per second, the rate of a steering gear
         delta += (order - delta).clamp(-0.052 * dt, 0.052 * dt);
         let lift = -k * u * (u * delta + v + x * r);
         let du = (4_000.0 * (36.0 * part(t) - u * u) + m_v * v * r - 3_000.0 * u * u * delta * delta) / m_u;
@@ -73,7 +74,7 @@ fn pushed(
     text
 }
 
-/// The campaign that `init` makes of logs of a ship whose dry mass and length are known, and what it says.
+/// Path of the campaign that `init` makes from logs of a ship with known dry mass and length, and its output.
 fn begun(folder: &Folder, logs: &[String]) -> (String, String) {
     let made = folder.path("made");
     let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
@@ -88,14 +89,15 @@ fn fitted(folder: &Folder, campaign: &str) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON")
 }
 
-/// A parameter of a fit with its deviation.
+/// Value and standard deviation of a parameter of a fit.
 fn estimate(fit: &serde_json::Value, name: &str) -> (f64, f64) {
     let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
     let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
     (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
 }
 
-/// Three runs become a model with the masses of the ship, from its dry mass alone.
+/// Four zig-zags and the dry mass give a model with the ship's masses and its rudder, within four
+/// standard deviations.
 #[test]
 fn zig_zags_of_a_ship_become_its_masses() {
     let folder = Folder::new("ship");
@@ -112,14 +114,14 @@ fn zig_zags_of_a_ship_become_its_masses() {
         assert!(text.contains(line), "{line}:\n{text}");
     }
     assert!(text.contains("rpm pushes with is one force"), "{text}");
-    // the rudder is the command: nobody is told that sway and yaw are not excited
+    // the rudder is a command, so sway and yaw are not reported as unexcited
     let (_, found) = checked(&folder);
     assert!(!found.iter().any(|code| code == "M111" || code == "K131"), "{found:?}");
 
     let fit = fitted(&folder, &made);
     assert_eq!(fit["converged"], true, "{fit}");
     let of = |name: &str| estimate(&fit, name);
-    // the prior says 2.1e6 ± 1e5, and the scale is no better than that: ratios of the masses are what the runs tell
+    // the scale is only known by the prior, 2.1e6 ± 1e5; the runs determine the ratios of the masses
     let (m_u, _) = of("m_u");
     for (name, truth) in [("m_v", INERTIA[1]), ("I_r", INERTIA[2]), ("k_rudder", RUDDER[1])] {
         let (value, std) = of(name);
@@ -129,14 +131,15 @@ fn zig_zags_of_a_ship_become_its_masses() {
     let (place, std) = of("x_rudder");
     assert!((place - RUDDER[0]).abs() < 4.0 * std && std < 10.0, "{place} ± {std}");
 
-    // a rudder that takes its time is no thrust that is late, and no drag either
+    // the rate limit of the rudder is not named as a delay of thrust or as drag
     let found = folder.path("found.json");
     succeeds(&["discover", &made, "--json", &found]);
     let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(found).expect("written")).expect("JSON");
     assert_eq!(found["verdict"], "nothing_missing", "{}", found["sentence"]);
 }
 
-/// Names of model basins, no units, and the thrust of the propeller, of which the hull takes a fifth: the dry mass tells how much.
+/// Columns with the names of model basins, without units, and with the thrust of the propeller give
+/// a model. With the dry mass the fit finds that the thrust deduction of the hull is a fifth.
 #[test]
 fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust() {
     let folder = Folder::new("basin");
@@ -164,7 +167,7 @@ fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust()
     assert!(found.iter().all(|code| !["M111", "K131"].contains(&code.as_str())), "{verdict} {found:?}");
     let fit = fitted(&folder, &made);
     let of = |name: &str| estimate(&fit, name);
-    // both carry the scale of the prior: 5 % of it
+    // both have the scale of the prior, which is known to 5 %
     let (m_u, _) = of("m_u");
     for (name, truth) in [("eta_u", 1.0 - DEDUCTION), ("m_v", INERTIA[1]), ("I_r", INERTIA[2])] {
         let (value, std) = of(name);
@@ -173,7 +176,8 @@ fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust()
     }
 }
 
-/// A helm that counts port rudder positive.
+/// A log that counts rudder to port as positive gets a sign from `init`, and without it `check`
+/// reports the sign.
 #[test]
 fn a_rudder_of_the_other_sign_is_turned_round() {
     let folder = Folder::new("port");
@@ -194,7 +198,7 @@ fn a_rudder_of_the_other_sign_is_turned_round() {
     assert!(text.contains("rudder = { name = \"rudder_angle_deg\", unit = \"deg\", sign = -1 }"), "{text}");
     let (_, found) = checked(&folder);
     assert!(!found.contains(&"K121".to_string()), "{found:?}");
-    // as it stands in the log it is told
+    // without the sign it is reported
     fs::write(&file, text.replace(", sign = -1", "")).expect("it can be written");
     let (verdict, found) = checked(&folder);
     assert!(found.contains(&"K121".to_string()) && verdict.contains("red"), "{verdict} {found:?}");

@@ -1,8 +1,8 @@
-//! What `init` tells by several columns or several logs together.
+//! Guesses of `init` from several columns or several logs together.
 
 use super::*;
 
-/// The campaign of logs, and all that was said on the way.
+/// Output of `init` on these logs, and the campaign that it writes.
 fn told(folder: &Folder, logs: &[&str]) -> (String, String) {
     let place = folder.path("made");
     let output = run(&[&["init"], logs, &["-o", &place, "--force"]].concat());
@@ -11,7 +11,8 @@ fn told(folder: &Folder, logs: &[&str]) -> (String, String) {
     (said, fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written"))
 }
 
-/// A vehicle that goes round and round for 80 s, its heading unwrapped to some nine turns: time, x, y, psi, u, r.
+/// A vehicle that goes in circles for 80 s, with an unwrapped heading of about nine turns: time, x,
+/// y, psi, u, r.
 fn circles() -> Vec<[f64; 6]> {
     let (mut x, mut y, mut rows) = (0.0, 0.0, Vec::new());
     for k in 0..8000 {
@@ -45,7 +46,7 @@ fn a_heading_and_its_rate_are_of_one_kind_which_the_way_tells() {
     assert!(text.contains("psi = { name = \"yaw\", unit = \"rad\" }") && text.contains("r = \"yaw_rate\""), "{text}");
     assert!(text.contains("the velocity over x, y turns as psi does in radians"), "{text}");
     assert!(!checked(&folder).0.contains("red"));
-    // taken for degrees, both of them, the heading contradicts the way
+    // read as degrees, heading and rate contradict the path
     let wrong = text.replace("unit = \"rad\" }", "unit = \"deg\" }");
     let wrong = wrong.replace("r = \"yaw_rate\"", "r = { name = \"yaw_rate\", unit = \"deg/s\" }");
     fs::write(Path::new(&folder.path("made")).join("campaign.toml"), wrong).expect("it can be written");
@@ -91,14 +92,14 @@ fn a_doppler_log_measures_velocities_and_their_range_is_their_unit() {
     assert!(!made.lines().any(|line| line.starts_with("x = ")), "{made}");
     let (_, made) = told(&folder, &[&folder.write("m.csv", &text(header, 1.0))]);
     assert!(made.contains("\nu = \"DVL_X\"\n"), "{made}");
-    // what is called a position and goes as fast is one with doubt
+    // a column named as a position that changes this fast is a guess with doubt
     let header = "t,pos_x,pos_y,gyro_z,thruster_1,thruster_2";
     let (_, made) = told(&folder, &[&folder.write("pos.csv", &text(header, 1e5))]);
     let guess = made.lines().find(|line| line.contains("\"pos_x\" is x by its name")).unwrap_or_default();
     assert!(guess.contains("with doubt") && guess.contains("which no vehicle does"), "{made}");
 }
 
-/// Logs of a tank: speed and load, command and load.
+/// A log of a towing tank with the columns of `header`: speed and load, or command and load.
 fn tank(folder: &Folder, name: &str, header: &str, speed: f64, command: f64, seconds: f64) -> String {
     let rows = (0..(10.0 * seconds) as usize).map(|k| {
         let ramp = (k as f64 / 30.0).min(1.0);
@@ -153,7 +154,7 @@ fn clocks_that_begin_at_zero_join_no_logs_but_those_of_one_span() {
         text.contains("with doubt: their clocks begin at their own zero, and they begin and end together"),
         "{text}"
     );
-    // topics of one bag: one of them ends early
+    // topics of one bag, one of which ends early
     let (u, command) = (log("x_imu.csv", "t,u", 60.0, 3), log("x_cmd.csv", "t,tau_u", 50.0, 1));
     let (_, text) = told(&folder, &[&u, &command]);
     assert!(text.contains("[[run.file]]") && text.contains("their names are alike"), "{text}");
@@ -173,17 +174,17 @@ fn logs_of_one_header_are_read_alike() {
             .collect();
         folder.write(name, &format!("Time (s),u,r,depth,pwm_1,pwm_2\n{}\n", rows.join("\n")))
     };
-    // one of them floats above the zero of its sensor
+    // in one of them the vehicle floats above the zero of its sensor
     let logs = [log("a.csv", 2.0, false), log("b.csv", -0.6, false), log("c.csv", 1.5, true)];
     let (_, text) = told(&folder, &logs.each_ref().map(String::as_str));
     assert!(!text.contains("[run.log") && text.matches("t = \"Time (s)\"").count() == 1, "{text}");
     assert!(text.contains("\nz = \"depth\"\n") && text.contains("with doubt: in b.csv it is about -0.6"), "{text}");
     assert!(text.contains("missing_values = [\"-9999\"]"), "{text}");
-    // of all of them together it counts upwards
+    // over all of them together depth counts upwards
     let logs = [log("d.csv", -2.0, false), log("e.csv", -1.6, false), log("f.csv", 0.1, false)];
     let (_, text) = told(&folder, &logs.each_ref().map(String::as_str));
     assert!(text.contains("z = { name = \"depth\", sign = -1 }") && text.contains("with doubt: in f.csv"), "{text}");
-    // what is not common stands with its run
+    // options that are not common to all logs are written with their run
     let other = folder.write("g.csv", "t,u,tau_u\n0,0,1\n0.1,0.1,1\n0.2,0.2,2\n0.3,0.2,2\n");
     let (_, text) = told(&folder, &[&logs[0], &logs[1], &other]);
     assert!(text.contains("[run.log.columns]") && toml::from_str::<toml::Table>(&text).is_ok(), "{text}");
@@ -218,7 +219,7 @@ fn a_campaign_without_a_run_leads_on_and_is_replaced() {
     }
     let log = folder.write("a.csv", "t,u,tau_u\n0,0,1\n0.1,0.1,1\n0.2,0.2,2\n0.3,0.2,2\n");
     succeeds(&["init", &log, "-o", &place]);
-    // one with a run stays
+    // a campaign with a run is not replaced
     assert_eq!(run(&["init", &log, "-o", &place]).status.code(), Some(2));
 }
 
@@ -260,7 +261,7 @@ fn commands_by_degree_of_freedom_are_forces_and_parts_are_told() {
         let before = text[..at].lines().last().unwrap_or_default();
         assert!(before.starts_with("# guessed: ") && before.contains("it stays within ±1"), "{before}");
     }
-    // alone it may as well be the heading that is wanted
+    // alone, `cmd_yaw` may as well be a commanded heading
     let (_, text) = told(&folder, &[&log("b.csv", "time,vel_fwd,yaw_rate,heading,force_x,cmd_yaw")]);
     assert!(!text.contains("tau_r = \"cmd_yaw\"") && text.contains("tau_u = \"force_x\""), "{text}");
 }

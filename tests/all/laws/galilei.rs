@@ -1,4 +1,4 @@
-//! Galilei: what stands in the water moves in a current as it does in still water.
+//! Galilean invariance: relative to the water, a vehicle moves in a current as it does in still water.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 use super::{INPUT, some_value};
 
-/// The rates of the states of a model of a body with one more effect, in water that moves with `water`.
+/// Rates of the states of a model of a body with one more effect, in a current `water`, m/s north and east.
 fn rates_of(
     (effect, place, coriolis): (&Arc<dyn Effect>, Place, Coriolis),
     water: [f64; 2],
@@ -23,7 +23,7 @@ fn rates_of(
     let body = [&["inertia", "added_mass_coupling@sway:yaw", "current"][..], &rows[..]].concat();
     let mut model = Model::with_effects(&Dof::ALL, coriolis, &body).expect("ids of the catalogue");
     model.weight = 1854.1;
-    // what the body has already is not added again
+    // an effect that the body already has is not added again
     let _ = model.add(effect.clone(), place);
     for p in &mut model.parameters {
         p.value = match p.spec.name.as_str() {
@@ -49,9 +49,10 @@ fn rates_of(
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Galilei: seen from the water, a vehicle in a current moves as in still water; over ground its axes turn under the
-    /// drift, v̇ = v̇_r − ω × Rᵀ V, and the position drifts along. Six degrees of freedom, any attitude, every effect but
-    /// those that say that they are tied to the ground. 1e-8 of the size: rounding of the elimination.
+    /// Relative to the water, a vehicle in a current moves as in still water; over ground,
+    /// v̇ = v̇_r − ω × Rᵀ V, and the position drifts with the current. This holds in six degrees of
+    /// freedom, for any attitude, and for every effect except sensors and those that are tied to the
+    /// ground. The tolerance of 1e-8 of the size is for the rounding of the elimination.
     #[test]
     fn law_galilei(
         nu in prop::array::uniform6(-1.5f64..1.5),
@@ -86,7 +87,7 @@ proptest! {
     }
 }
 
-/// Only an anchor is tied to the ground: seen from the water it moves.
+/// Only the spring of a tether is tied to the ground, as its anchor moves relative to the water.
 #[test]
 fn what_is_tied_to_the_ground_says_so() {
     let tied: Vec<String> =

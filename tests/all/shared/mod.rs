@@ -1,14 +1,14 @@
-//! Reference data that does not live in the repository.
+//! Reference data that is not in the repository.
 
 use std::path::PathBuf;
 
-/// The reference data of this name, `None` where it is not at hand: the test then says on standard error that it was
-/// skipped, whether its output is captured or not.
+/// Path of the reference data of this name. `None` if it is not available; the test then reports on
+/// standard error that it was skipped, even if its output is captured.
 ///
 /// The folder is `HYDROSYSID_SHARED`, else `shared` beside the repository.
 ///
 /// # Panics
-/// Where `CI` is `true`: there the data is at hand, and a test that is skipped holds nothing.
+/// If the data is not available and `CI` is `true`, so that no test is skipped there.
 pub fn path(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("HYDROSYSID_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
@@ -19,7 +19,7 @@ pub fn path(name: &str) -> Option<PathBuf> {
     let test = std::thread::current().name().unwrap_or("a test").to_string();
     let text = format!("{test}: skipped, no reference data at {} (HYDROSYSID_SHARED names its folder)", path.display());
     assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{text}");
-    // not by `eprintln!`, which the test harness keeps to itself where a test passes
+    // not by `eprintln!`, whose output the test harness hides if a test passes
     let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{text}\n").as_bytes());
     None
 }

@@ -1,4 +1,4 @@
-//! Surge alone in plain arithmetic, nothing of it from the library.
+//! Simulation of surge in plain arithmetic, independent of the library.
 
 /// Times at 10 Hz and speeds of `u̇ = rate(t, u)` from rest, by the classical Runge-Kutta scheme at 10 ms.
 pub fn surge(samples: usize, rate: impl Fn(f64, f64) -> f64) -> (Vec<f64>, Vec<f64>) {

@@ -1,4 +1,4 @@
-//! A vehicle of our own in plain arithmetic, nothing of it from the library, and its log as text.
+//! Simulation of a planar vehicle in plain arithmetic, independent of the library, and its log as text.
 
 #![allow(dead_code)] // no test uses all of it
 
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use hydrosysid::log::PLANAR;
 
-/// Its campaign file, up to what a test adds: the baseline holds every effect of the swim.
+/// The campaign file without its runs; the baseline has every effect of the swim.
 pub const CAMPAIGN: &str = r#"format = 1
 [vehicle]
 name = "swim"
@@ -20,8 +20,9 @@ effects = ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriol
 /// Parameters of the swim, in the order inertia, linear, quadratic drag of surge, sway, yaw.
 pub const TRUTH: [f64; 9] = [841.93, 82.3, 309.07, 1100.0, 120.0, 450.0, 186.0, 12.78, 95.32];
 
-/// A planar vehicle swimming: mu u̇ − mv v r = X, mv v̇ + mu u r = Y, I ṙ = N, each less linear and quadratic drag.
-/// Classical RK4 at 1 ms; white sensor noise of the corpus (0.003 m/s, 0.003 m/s, 0.002 rad/s) from a fixed generator.
+/// Motion of a planar vehicle: mu u̇ − mv v r = X, mv v̇ + mu u r = Y, I ṙ = N, each minus linear
+/// and quadratic drag, by classical RK4 at 1 ms. White sensor noise as in the corpus (0.003 m/s,
+/// 0.003 m/s, 0.002 rad/s) from a fixed generator.
 pub struct Swim {
     /// Rows, each t, u, v, r, tau_u, tau_v, tau_r.
     pub rows: Vec<[f64; 7]>,
