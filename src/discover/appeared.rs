@@ -105,7 +105,7 @@ fn begun(
     if all.next().is_some_and(|(_, _, second)| second.fit.cost < begun.fit.cost + TIE) {
         return Ok(None);
     }
-    let begun = begun.likeliest(&log.parts, task);
+    let (begun, between) = begun.likeliest(&log.parts, task);
     let gain = fit.cost - begun.fit.cost;
     let tried = (log.parts.len() * list.len()) as f64;
     let by_chance = 2.0 * (tried / LEVEL).ln();
@@ -130,6 +130,7 @@ fn begun(
         parameter: format!("{} {}", candidate.name(), parameter.spec.name),
         run: task.train[begun.part.run].name.clone(),
         from: begun.part.from,
+        between,
         change: parameter.value - parameter.spec.neutral,
         std: parameter.std.unwrap_or(f64::NAN),
         unit: parameter.spec.dimension.to_string(),
@@ -160,22 +161,16 @@ mod tests {
     use crate::discover::candidates;
     use crate::effects::Coriolis;
     use crate::frame::Dof;
-
-    fn runs() -> Vec<Run> {
-        let of = |name: &str| {
-            let mut run = Run { name: name.into(), ..Run::default() };
-            for channel in ["u", "tau_u"] {
-                run.signals.insert(channel.into(), Signal::new(vec![0.0, 5.0, 10.0].into(), vec![0.0, 1.0, 0.0]));
-            }
-            run
-        };
-        ["a", "b", "c"].map(of).to_vec()
-    }
+    use crate::run::{Run, Signal};
 
     #[test]
     fn the_shape_of_a_hull_and_what_remembers_do_not_begin() {
         let model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
-        let list = candidates(&model, &runs(), &[]);
+        let mut run = Run::default();
+        for channel in ["u", "tau_u"] {
+            run.signals.insert(channel.into(), Signal::new(vec![0.0, 5.0, 10.0].into(), vec![0.0, 1.0, 0.0]));
+        }
+        let list = candidates(&model, &[run], &[]);
         let begins = |id: &str| {
             let of = list.iter().find(|c| c.name() == id).unwrap_or_else(|| panic!("{id} is no candidate"));
             may_begin(of, &model)

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::constancy::changed;
+use super::constancy::{RunInstant, changed};
 use super::parts::Part;
 use super::refit::{afresh, beside};
 use super::task::{ROUGH, TIE, Task, asked, screened};
@@ -21,6 +21,9 @@ const SINCE: &str = "1(t ≥ t₀)";
 
 /// Number of instants that are tried within a block on each side of the one found.
 const INSTANTS: usize = 8;
+
+/// Maximum number of times that a likelier instant is looked for elsewhere.
+const CLIMBS: usize = 4;
 
 /// What begins or changes, with the value from which its parameter is fitted, as a difference from that at which nothing
 /// does.
@@ -97,11 +100,26 @@ impl Begun {
         Ok(changes.max(best))
     }
 
-    /// The same from the likeliest instant within a block of the one found, to a sample, or in its run alone if that is
-    /// as likely.
-    pub fn likeliest(self, parts: &[Part], task: &Task<'_>) -> Begun {
+    /// The same from the likeliest instant, to a sample, or in its run alone if that is as likely; and the earliest and the
+    /// latest instant that the data do not tell from it.
+    pub fn likeliest(self, parts: &[Part], task: &Task<'_>) -> (Begun, Vec<RunInstant>) {
+        let mut instants: Vec<&Part> = parts.iter().filter(|part| part.from.is_some()).collect();
+        instants.sort_by_key(|part| part.blocks.start);
+        let mut begun = self.finer(&instants, task);
+        for _ in 0..CLIMBS {
+            let Some((better, between)) = begun.as_likely(&instants, task) else { return (begun, Vec::new()) };
+            match better {
+                Some(better) => begun = better.finer(&instants, task),
+                None => return (begun, between),
+            }
+        }
+        (begun, Vec::new())
+    }
+
+    /// The same from the likeliest instant within a block, or in its run alone if that is as likely.
+    fn finer(self, instants: &[&Part], task: &Task<'_>) -> Begun {
         let Some(here) = self.part.from else { return self };
-        let apart = parts.iter().filter(|part| part.run == self.part.run).filter_map(|part| part.from);
+        let apart = instants.iter().filter(|part| part.run == self.part.run).filter_map(|part| part.from);
         let apart = apart.map(|from| (from - here).abs()).filter(|apart| *apart > 0.0);
         let Some(mut within) = apart.reduce(f64::min) else { return self };
         // near the end of a run it may be the next run
@@ -114,6 +132,33 @@ impl Begun {
             begun = begun.nearer((from, within), &[], task);
         }
         begun
+    }
+
+    /// Goes from block to block, both ways, as long as another instant is as likely, fitted anew at each: the other
+    /// parameters make up for a wrong instant. The likeliest of them, if it is likelier, and the earliest and the latest;
+    /// `None` for what acts in one run alone.
+    fn as_likely(&self, instants: &[&Part], task: &Task<'_>) -> Option<(Option<Begun>, Vec<RunInstant>)> {
+        let from = self.part.from?;
+        let at = |part: &Part| RunInstant { run: task.train[part.run].name.clone(), at: part.from.unwrap_or(from) };
+        let is_later = |part: &&&Part| (part.run, part.from) > (self.part.run, self.part.from);
+        let first = instants.iter().position(|part| is_later(&part)).unwrap_or(instants.len());
+        let (mut likeliest, mut ends) = (None, [at(&self.part), at(&self.part)]);
+        let mut least = self.fit.cost;
+        let before: Vec<&&Part> = instants[..first].iter().rev().filter(|part| part.from != self.part.from).collect();
+        for (end, parts) in ends.iter_mut().zip([before, instants[first..].iter().collect()]) {
+            for part in parts {
+                let Some(moved) = self.moved((*part).clone(), task).filter(|moved| moved.fit.cost < least + TIE) else {
+                    break;
+                };
+                *end = at(part);
+                if moved.fit.cost < least - ROUGH {
+                    least = moved.fit.cost;
+                    likeliest = Some(moved);
+                }
+            }
+        }
+        let between = if ends[0] == ends[1] { Vec::new() } else { ends.to_vec() };
+        Some((likeliest, between))
     }
 
     /// The same in another part; `None` if it cannot be fitted.

@@ -22,6 +22,15 @@ use crate::estimate::filter_error::FilterErrorFit;
 use crate::run::Run;
 use crate::wording::{digits, measured};
 
+/// An instant of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunInstant {
+    /// Run.
+    pub run: String,
+    /// Instant, s.
+    pub at: f64,
+}
+
 /// A parameter that changes with time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChangedParameter {
@@ -31,6 +40,9 @@ pub struct ChangedParameter {
     pub run: String,
     /// Instant from which it differs, s of the run, to a block of samples; `None` if it differs in this run alone.
     pub from: Option<f64>,
+    /// Earliest and latest instant of an event that the data do not tell from `from`, to a block of samples; empty if
+    /// they tell it.
+    pub between: Vec<RunInstant>,
     /// Difference of the value there from the value elsewhere.
     pub change: f64,
     /// Standard deviation of the difference.
@@ -90,6 +102,14 @@ impl ChangedParameter {
     /// Description of an event: `from 36 s of run04 on there is a weak thruster, T2 (thruster_loss@T2), k_loss = 0.70 ±
     /// 0.0037`, or `from 36 s of run04 on the drag is 1.402 ± 0.012 times as large`.
     pub(super) fn event_in_words(&self) -> String {
+        let when = match (self.from, &self.between[..]) {
+            (None, _) => None,
+            (Some(_), [earliest, latest]) => Some(format!(
+                "from some instant between {:.0} s of {} and {:.0} s of {}",
+                earliest.at, earliest.run, latest.at, latest.run
+            )),
+            (Some(from), _) => Some(format!("from {from:.0} s of {}", self.run)),
+        };
         if self.is_of_vehicle() {
             let what = &self.parameter;
             let size = if self.relative {
@@ -98,8 +118,8 @@ impl ChangedParameter {
                 let more = if self.change < 0.0 { "less" } else { "more" };
                 format!("{} {} {more}", measured(self.change.abs(), self.std), self.unit)
             };
-            return match self.from {
-                Some(from) => format!("from {from:.0} s of {} on the {what} is {size}", self.run),
+            return match when {
+                Some(when) => format!("{when} on the {what} is {size}"),
                 None => format!("in {} alone the {what} is {size}", self.run),
             };
         }
@@ -112,8 +132,8 @@ impl ChangedParameter {
             digits(value),
             digits(self.std)
         );
-        match self.from {
-            Some(from) => format!("from {from:.0} s of {} on there is {what}", self.run),
+        match when {
+            Some(when) => format!("{when} on there is {what}"),
             None => format!("in {}, and nowhere else, there is {what}", self.run),
         }
     }
@@ -163,6 +183,7 @@ fn most_changed(
         parameter: format!("{} {}", of.term, of.spec.name),
         run: runs[part.run].name.clone(),
         from: part.from,
+        between: Vec::new(),
         change: -found.s / found.c,
         std: 1.0 / found.c.sqrt(),
         unit: of.spec.dimension.to_string(),
@@ -254,6 +275,24 @@ mod tests {
             "Not the same at all times: from 36 s of b on there is loss of thrust between thruster and hull in surge \
              (thrust_interaction_loss@surge), eta_u = 0.70 ± 0.010."
         );
+    }
+
+    #[test]
+    fn a_property_of_the_vehicle_is_told_in_its_own_words() {
+        let (fit, runs) = fitted(1.2, 5);
+        let found = changed(&fit, &runs, 1, |_| true).unwrap();
+        let (run, std, unit) = ("run1".to_string(), 0.0123, "kg".to_string());
+        let mass = ChangedParameter { parameter: "mass".into(), run, from: None, change: -2.5, std, unit, ..found };
+        assert!(mass.is_event() && !mass.absent);
+        assert_eq!(mass.told(), "Not the same at all times: in run1 alone the mass is 2.500 ± 0.012 kg less.");
+        let drag = ChangedParameter { parameter: "drag".into(), from: Some(36.2), change: 0.4, relative: true, ..mass };
+        assert_eq!(
+            drag.told(),
+            "Not the same at all times: from 36 s of run1 on the drag is 1.400 ± 0.012 times as large."
+        );
+        let between = [("run0", 12.0), ("run1", 36.2)].map(|(run, at)| RunInstant { run: run.into(), at }).to_vec();
+        let told = ChangedParameter { between, ..drag }.told();
+        assert!(told.contains("from some instant between 12 s of run0 and 36 s of run1 on the drag is"), "{told}");
     }
 
     #[test]

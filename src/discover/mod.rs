@@ -39,7 +39,7 @@ use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use columns::{Columns, ModelOnRuns, Probe, in_chunks};
-pub use constancy::ChangedParameter;
+pub use constancy::{ChangedParameter, RunInstant};
 pub use disagreement::{Where, disagreement};
 pub use discovery::{CODES, Discovery, LogFinding, NO_NAME};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};

@@ -370,4 +370,30 @@ mod tests {
         assert!(of_each.len() == 2 && (of_each[0].z2 - of_each[1].z2).abs() < 1e-9);
         assert!(of_each.iter().any(|of| of.unknown == 1));
     }
+
+    /// Two unknowns that both change by a fifth from the fifth block on, one of them twice as large, and one that does not
+    /// change: together they gain twice what the changed ones gain alone, and the third gains nothing.
+    #[test]
+    fn a_change_of_several_unknowns_has_one_size() {
+        let block = |k: usize| {
+            let s = if k >= 4 { -10.0 } else { 10.0 };
+            let a = [100.0, 25.0, 100.0];
+            Sums {
+                s: DMatrix::from_column_slice(3, 1, &[s, 0.5 * s, 0.0]),
+                a: DMatrix::from_fn(3, 3, |i, j| if i == j { a[i] } else { 0.0 }),
+            }
+        };
+        let parts = (1..8).map(|k| Part { blocks: k..8, run: 0, from: Some(k as f64) }).collect();
+        let log = Log::of((0..8).map(block).collect(), parts, (vec![0, 1, 2], Vec::new()), Vec::new()).unwrap();
+        let along = |directions: &[Direction]| {
+            let found = log.together(directions).unwrap();
+            (log.parts[found.part].from.unwrap(), found.gain + directions.len() as f64, found.changes)
+        };
+        // δ = −S/C with S = −40 and C = 400 − 400²/800 of the first, a quarter of C of the second
+        let (from, alone, changes) = along(&[vec![(0, 1.0)]]);
+        assert!((from, changes[0].0) == (4.0, 0) && (changes[0].1 - 0.2).abs() < 1e-12, "{changes:?}");
+        let (from, both, changes) = along(&[vec![(0, 1.0), (1, 2.0)], vec![(2, 1.0)]]);
+        assert!(from == 4.0 && (both / alone - 2.0).abs() < 1e-9, "{both} {alone}");
+        assert!((changes[0].1 - 0.2).abs() < 1e-12 && changes[1].1.abs() < 1e-12, "{changes:?}");
+    }
 }

@@ -106,7 +106,7 @@ pub(super) fn stepped(
     if fitted.next().is_some_and(|(second, ..)| second < cost + TIE) {
         return Ok(None);
     }
-    let begun = begun.likeliest(&log.parts, task);
+    let (begun, between) = begun.likeliest(&log.parts, task);
     let gain = fit.cost - begun.fit.cost;
     let count = begun.fit.model.parameters.len() - begun.parameter;
     // twice the limit of chance: near to it any change absorbs a little of another effect
@@ -126,6 +126,7 @@ pub(super) fn stepped(
         parameter: property.name.into(),
         run: task.train[begun.part.run].name.clone(),
         from: begun.part.from,
+        between,
         change,
         std,
         unit: s.spec.dimension.to_string(),
@@ -197,4 +198,49 @@ fn is_coupling(candidate: &Candidate, model: &Model) -> bool {
     let [(effect, Place { dof: Some(i), other: Some(j), .. })] = &candidate.terms[..] else { return false };
     let both = model.dofs.contains(i) && model.dofs.contains(j);
     effect.about().id == id::ADDED_MASS_COUPLING && both && i.is_rotation() != j.is_rotation()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+    use crate::run::{Run, Signal};
+
+    /// Surge, sway and yaw with drag, of which one is fixed: it takes no part; the masses change by one number, the moment of
+    /// inertia and its couplings by their own; forces scale the thrust.
+    #[test]
+    fn a_property_holds_what_changes_with_it() {
+        let mut model = Model::with_effects(
+            &[Dof::Surge, Dof::Sway, Dof::Yaw],
+            Coriolis::Tied,
+            &["inertia", "linear_drag", "quadratic_drag"],
+        )
+        .unwrap();
+        let fixed = model.parameter("quadratic_drag@yaw", "k_r|r|").unwrap();
+        model.parameters[fixed].fixed = true;
+        let mut run = Run::default();
+        for channel in ["u", "v", "r", "psi", "tau_u", "tau_v", "tau_r"] {
+            run.signals.insert(channel.into(), Signal::new(vec![0.0, 5.0, 10.0].into(), vec![0.0, 1.0, 0.0]));
+        }
+        let list = candidates(&model, &[run], &[]);
+        let list: Vec<Candidate> = list.into_iter().filter(|c| is_scale(c) || is_coupling(c, &model)).collect();
+        let of = |changing: &Changing| match changing {
+            Changing::Term(k, _) => model.terms[*k].name(),
+            Changing::Candidate(k) => list[*k].name(),
+        };
+        let held = |property: &Property| {
+            let names = |of_all: &[Changing]| of_all.iter().map(of).collect::<Vec<String>>();
+            (property.name, names(&property.tied), names(&property.own))
+        };
+        let [drag, thrust, mass] = &properties(&model, &list)[..] else { panic!("three properties") };
+        let (name, tied, own) = held(drag);
+        assert!(name == "drag" && tied.len() == 5 && !tied.contains(&"quadratic_drag@yaw".into()) && own.is_empty());
+        let (name, tied, own) = held(thrust);
+        assert!(name == "thrust" && tied.len() == 3 && own.is_empty(), "{tied:?}");
+        let (name, tied, own) = held(mass);
+        assert_eq!((name, tied), ("mass", vec!["inertia@surge".to_string(), "inertia@sway".to_string()]));
+        let own_of = ["inertia@yaw", "added_mass_coupling@surge:yaw", "added_mass_coupling@sway:yaw"];
+        assert_eq!(own, own_of.map(String::from));
+    }
 }

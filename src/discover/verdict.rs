@@ -225,6 +225,7 @@ mod tests {
             parameter,
             run,
             from,
+            between: Vec::new(),
             change: 0.831,
             std: 0.0313,
             unit,

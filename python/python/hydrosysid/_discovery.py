@@ -57,25 +57,41 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class RunInstant:
+    """An instant of a run.
+
+    Attributes:
+        run: the run.
+        at: the instant, s.
+    """
+
+    run: str
+    at: float
+
+
+@dataclass(frozen=True)
 class ChangedParameter:
     """A parameter of the last model that is surely not the same at all times.
 
     Attributes:
-        parameter: effect and symbol.
+        parameter: effect and symbol, or a property of the vehicle: ``drag``, ``thrust`` or ``mass``.
         run: run in which it is another, or from which on.
         from_: instant from which on it is another, s of the run; None where it is of this run alone.
+        between: earliest and latest instant of an event that the data do not tell from `from_`; empty where they do.
         change: what it is more there than elsewhere.
         std: deviation of that.
         unit: unit of both.
         p_value: probability of as much by chance, of all parameters and parts of the log.
         gain: by how much −2 ln L falls, beyond chance, with values of their own for all parameters there.
         alone: whether this change is all; where it is not, no value has changed: the equations have another shape.
-        absent: whether the effect is not in the model, and begins there: a thruster that fails, a payload.
+        absent: whether the effect is not in the model, and begins there: a thruster that fails.
+        relative: whether ``change`` is a share of the value elsewhere: of the whole drag, or of all thrust.
     """
 
     parameter: str
     run: str
     from_: float | None = field(metadata={"key": "from"})
+    between: tuple[RunInstant, ...]
     change: float
     std: float
     unit: str
@@ -83,6 +99,7 @@ class ChangedParameter:
     gain: float
     alone: bool
     absent: bool
+    relative: bool
 
 
 @dataclass(frozen=True)
