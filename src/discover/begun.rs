@@ -105,15 +105,16 @@ impl Begun {
     pub fn likeliest(self, parts: &[Part], task: &Task<'_>) -> (Begun, Vec<RunInstant>) {
         let mut instants: Vec<&Part> = parts.iter().filter(|part| part.from.is_some()).collect();
         instants.sort_by_key(|part| part.blocks.start);
-        let mut begun = self.finer(&instants, task);
+        let (mut begun, mut between) = (self.finer(&instants, task), Vec::new());
         for _ in 0..CLIMBS {
-            let Some((better, between)) = begun.as_likely(&instants, task) else { return (begun, Vec::new()) };
+            let (better, likely) = begun.as_likely(&instants, task);
+            between = likely;
             match better {
                 Some(better) => begun = better.finer(&instants, task),
-                None => return (begun, between),
+                None => break,
             }
         }
-        (begun, Vec::new())
+        (begun, between)
     }
 
     /// The same from the likeliest instant within a block, or in its run alone if that is as likely.
@@ -136,9 +137,9 @@ impl Begun {
 
     /// Goes from block to block, both ways, as long as another instant is as likely, fitted anew at each: the other
     /// parameters make up for a wrong instant. The likeliest of them, if it is likelier, and the earliest and the latest;
-    /// `None` for what acts in one run alone.
-    fn as_likely(&self, instants: &[&Part], task: &Task<'_>) -> Option<(Option<Begun>, Vec<RunInstant>)> {
-        let from = self.part.from?;
+    /// neither for what acts in one run alone.
+    fn as_likely(&self, instants: &[&Part], task: &Task<'_>) -> (Option<Begun>, Vec<RunInstant>) {
+        let Some(from) = self.part.from else { return (None, Vec::new()) };
         let at = |part: &Part| RunInstant { run: task.train[part.run].name.clone(), at: part.from.unwrap_or(from) };
         let is_later = |part: &&&Part| (part.run, part.from) > (self.part.run, self.part.from);
         let first = instants.iter().position(|part| is_later(&part)).unwrap_or(instants.len());
@@ -158,7 +159,7 @@ impl Begun {
             }
         }
         let between = if ends[0] == ends[1] { Vec::new() } else { ends.to_vec() };
-        Some((likeliest, between))
+        (likeliest, between)
     }
 
     /// The same in another part; `None` if it cannot be fitted.

@@ -136,10 +136,20 @@ fn apart(changed: &ChangedParameter) -> String {
         );
     }
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
+    let causes = match effect {
+        "drag" => "weed, a lost fairing, a tow",
+        "thrust" => "battery or supply, fouled propellers",
+        "mass" => "a payload, ballast, water taken in",
+        _ => "weed, a payload, a tether that caught, a thruster that failed",
+    };
     match changed.from {
+        // the sentence holds the range
+        Some(_) if changed.is_event() && !changed.between.is_empty() => format!(
+            "Look at what happened between those instants ({causes}), and fit what was logged before them apart from what was logged \
+             after them."
+        ),
         Some(from) if changed.is_event() => format!(
-            "Look at what happened at {from:.0} s of {} (weed, a payload, a tether that caught, a thruster that failed), and fit what was \
-             sailed before it apart from what was sailed after it.",
+            "Look at what happened at {from:.0} s of {} ({causes}), and fit what was logged before it apart from what was logged after it.",
             changed.run
         ),
         None if changed.is_event() => format!(
