@@ -185,8 +185,8 @@ impl Begun {
             cost_of(&self.fit.model, &runs, known, task.fitting).ok().map(|cost| (cost, part))
         };
         let least = |a: &(f64, Part), b: &(f64, Part)| a.0.total_cmp(&b.0);
-        let start = task.train[self.part.run].span().map_or(from, |(first, _)| first);
-        let at = |k: usize| (from + within * (k as f64 / INSTANTS as f64 - 1.0)).max(start);
+        let (start, end) = task.train[self.part.run].span().unwrap_or((from, from));
+        let at = |k: usize| (from + within * (k as f64 / INSTANTS as f64 - 1.0)).clamp(start, end);
         let instants = (0..=2 * INSTANTS).map(|k| Part { from: Some(at(k)), ..self.part.clone() });
         let Some(likeliest) = instants.filter_map(costing).min_by(least) else { return self };
         let of_run = alone.iter().cloned().filter_map(costing).min_by(least);
@@ -214,7 +214,9 @@ fn marked(runs: &[Run], part: &Part) -> Vec<Run> {
             Some(from) if k == part.run && from > first && from + EDGE < last => {
                 Signal::new(vec![first, from, from + EDGE, last].into(), vec![0.0, 0.0, 1.0, 1.0])
             }
-            Some(_) => constant(f64::from(u8::from(k >= part.run))),
+            // an instant before the first sample or after the last one
+            Some(from) if k == part.run => constant(f64::from(u8::from(from <= first))),
+            Some(_) => constant(f64::from(u8::from(k > part.run))),
             None => constant(f64::from(u8::from(k == part.run))),
         };
         let mut marked = run.clone();
@@ -252,6 +254,9 @@ mod tests {
             [at(&begun, 0, 9.0), at(&begun, 1, 3.9), at(&begun, 1, 4.1), at(&begun, 2, 0.0)],
             [0.0, 0.0, 1.0, 1.0]
         );
+        // an instant after the last sample is that of the next run
+        let last = part(1, Some(10.0));
+        assert_eq!([at(&last, 0, 5.0), at(&last, 1, 5.0), at(&last, 2, 5.0)], [0.0, 0.0, 1.0]);
         let alone = part(1, None);
         assert_eq!([at(&alone, 0, 5.0), at(&alone, 1, 5.0), at(&alone, 2, 5.0)], [0.0, 1.0, 0.0]);
         let all = part(0, Some(f64::NEG_INFINITY));

@@ -150,6 +150,11 @@ impl ChangedParameter {
     }
 }
 
+/// The one of two events that explains more.
+pub(super) fn likelier(one: Option<ChangedParameter>, other: Option<ChangedParameter>) -> Option<ChangedParameter> {
+    one.into_iter().chain(other).max_by(|a, b| a.gain.total_cmp(&b.gain))
+}
+
 /// The most significant change of a parameter of `fit` in the terms that satisfy `asked`; `None` if none is
 /// significant.
 pub(super) fn changed(

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::appeared::appeared;
 use super::candidate::Candidate;
-use super::constancy::{ChangedParameter, changed};
+use super::constancy::{ChangedParameter, changed, likelier};
 use super::disagreement::{Where, disagreement};
 use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
 use super::gap::{GapStep, improvement};
@@ -333,8 +333,8 @@ fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, Ou
     let asked = found.steps.len() == 1 && found.screen.asks();
     let stepped = if asked { None } else { stepped(found.last_fit(), task, 0.0)? };
     match stepped {
-        Some(stepped) => Ok(Some(stepped)),
-        None => appeared(found.last_fit(), &found.candidates, task),
+        Some(stepped) if stepped.alone => Ok(Some(stepped)),
+        stepped => Ok(likelier(appeared(found.last_fit(), &found.candidates, task)?, stepped)),
     }
 }
 

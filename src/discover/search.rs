@@ -17,6 +17,7 @@
 use super::again::{backward, rivalled};
 use super::appeared::{all_along, appeared_first};
 use super::candidate::Candidate;
+use super::constancy::likelier;
 use super::naming::next_name;
 use super::pushed::is_hopeless;
 use super::refit::{anew, beside, level};
@@ -65,8 +66,10 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         screen,
     };
     found.appeared = appeared_first(found.last_fit(), (&found.candidates, &found.screen), task)?;
-    if found.appeared.is_none() && found.screen.asks() {
-        found.appeared = stepped(found.last_fit(), task, all_along(&found.candidates, &found.screen))?;
+    // one force of several that weaken together may explain most of it
+    if found.screen.asks() && found.appeared.as_ref().is_none_or(|appeared| !appeared.alone) {
+        let stepped = stepped(found.last_fit(), task, all_along(&found.candidates, &found.screen))?;
+        found.appeared = likelier(found.appeared.take(), stepped);
     }
     if found.appeared.is_some() {
         return Ok(found);

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         GapStep,
         LogFinding,
         Residual,
+        RunInstant,
         SmallestVisible,
         Where,
     )
@@ -141,6 +142,7 @@ __all__ = [
     "Resampling",
     "Residual",
     "Run",
+    "RunInstant",
     "RunResiduals",
     "Scatter",
     "SensorNoise",
@@ -197,7 +199,7 @@ _HOMES = {
     "_cross": "Crossed CrossValidation OwnEstimate OwnModel",
     "_discovery": (
         "BehavesLike Change ChangedParameter Dependence Discovery FoundEffect FoundParameter GapForce GapOfRun GapStep "
-        "LogFinding Residual SmallestVisible Where"
+        "LogFinding Residual RunInstant SmallestVisible Where"
     ),
     "_errors": "DataError Finding HydrosysidError UsageError",
     "_fit": "Fit FittedCurve Parameter RunResiduals Stage StageEstimate",
