@@ -83,6 +83,11 @@ impl Begun {
         Some(Begun { part, runs, fit, parameter })
     }
 
+    /// Number of parameters that are new.
+    pub fn count(&self) -> usize {
+        self.fit.model.parameters.len() - self.parameter
+    }
+
     /// Fall of −2 ln L beyond that of the same effects all along, which may gain nothing in the rest of the log.
     pub fn more_than_all_along(&self, task: &Task<'_>) -> f64 {
         let all = Part { run: 0, from: Some(f64::NEG_INFINITY), ..self.part.clone() };
@@ -145,7 +150,11 @@ impl Begun {
         let first = instants.iter().position(|part| is_later(&part)).unwrap_or(instants.len());
         let (mut likeliest, mut ends) = (None, [at(&self.part), at(&self.part)]);
         let mut least = self.fit.cost;
-        let before: Vec<&&Part> = instants[..first].iter().rev().filter(|part| part.from != self.part.from).collect();
+        let before: Vec<&&Part> = instants[..first]
+            .iter()
+            .rev()
+            .filter(|part| (part.run, part.from) != (self.part.run, self.part.from))
+            .collect();
         for (end, parts) in ends.iter_mut().zip([before, instants[first..].iter().collect()]) {
             for part in parts {
                 let Some(moved) = self.moved((*part).clone(), task).filter(|moved| moved.fit.cost < least + TIE) else {

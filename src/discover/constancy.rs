@@ -38,7 +38,8 @@ pub struct ChangedParameter {
     pub parameter: String,
     /// Run in which it differs, or in which the change begins.
     pub run: String,
-    /// Instant from which it differs, s of the run, to a block of samples; `None` if it differs in this run alone.
+    /// Instant from which it differs, s of the run, to a block of samples, of an event to a sample; `None` if it differs in
+    /// this run alone.
     pub from: Option<f64>,
     /// Earliest and latest instant of an event that the data do not tell from `from`, to a block of samples; empty if
     /// they tell it.
@@ -51,12 +52,12 @@ pub struct ChangedParameter {
     pub unit: String,
     /// Probability of such a change by chance, over all parameters and parts.
     pub p_value: f64,
-    /// Fall of −2 ln L, beyond chance, if all parameters have values of their own in that part.
+    /// Fall of −2 ln L, beyond chance, if all parameters have values of their own in that part; of an event, with it.
     pub gain: f64,
     /// Whether this change explains everything: beside it no other parameter or part requires another value, and no
     /// stand-in effect raises the likelihood by more. If not, no value has changed, but the equations have the wrong
-    /// form. For an effect that is not in the model, false means that something remains beside it, less than a tenth
-    /// of its gain.
+    /// form. For an event (an effect that begins, a property that changes), false means that something remains beside
+    /// it, less than a tenth of its gain.
     pub alone: bool,
     /// Whether the effect is not in the model: elsewhere it is zero.
     pub absent: bool,
@@ -100,28 +101,20 @@ impl ChangedParameter {
     }
 
     /// Description of an event: `from 36 s of run04 on there is a weak thruster, T2 (thruster_loss@T2), k_loss = 0.70 ±
-    /// 0.0037`, or `from 36 s of run04 on the drag is 1.402 ± 0.012 times as large`.
+    /// 0.0037`, or `from 36 s of run04 on, the drag is 1.402 ± 0.012 times what it was before`.
     pub(super) fn event_in_words(&self) -> String {
-        let when = match (self.from, &self.between[..]) {
-            (None, _) => None,
-            (Some(_), [earliest, latest]) => Some(format!(
-                "from some instant between {:.0} s of {} and {:.0} s of {}",
-                earliest.at, earliest.run, latest.at, latest.run
-            )),
-            (Some(from), _) => Some(format!("from {from:.0} s of {}", self.run)),
-        };
+        let when = self.when();
         if self.is_of_vehicle() {
             let what = &self.parameter;
-            let size = if self.relative {
-                format!("{} times as large", measured(1.0 + self.change, self.std))
-            } else {
-                let more = if self.change < 0.0 { "less" } else { "more" };
-                format!("{} {} {more}", measured(self.change.abs(), self.std), self.unit)
+            let (when, was, then) = match &when {
+                Some(when) => (format!("{when} on, the {what} is"), "was", "before"),
+                None => (format!("in {} alone the {what} is", self.run), "is", "in the other runs"),
             };
-            return match when {
-                Some(when) => format!("{when} on the {what} is {size}"),
-                None => format!("in {} alone the {what} is {size}", self.run),
-            };
+            if self.relative {
+                return format!("{when} {} times what it {was} {then}", measured(1.0 + self.change, self.std));
+            }
+            let (size, more) = (measured(self.change.abs(), self.std), if self.change < 0.0 { "less" } else { "more" });
+            return format!("{when} {size} {} {more} than {then}", self.unit);
         }
         let (effect, symbol) = self.parameter.split_once(' ').unwrap_or((&self.parameter, ""));
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
@@ -136,6 +129,23 @@ impl ChangedParameter {
             Some(when) => format!("{when} on there is {what}"),
             None => format!("in {}, and nowhere else, there is {what}", self.run),
         }
+    }
+
+    /// `from 36 s of run04`, or the range of instants that the data do not tell apart; `None` for a single run.
+    fn when(&self) -> Option<String> {
+        let from = self.from?;
+        Some(match &self.between[..] {
+            [] => format!("from {from:.0} s of {}", self.run),
+            _ => format!("from some instant {}", self.range_in_words()?),
+        })
+    }
+
+    /// `between 12 s and 36 s of run04`; `None` if the data tell the instant.
+    pub(super) fn range_in_words(&self) -> Option<String> {
+        let [earliest, latest] = &self.between[..] else { return None };
+        let is_one = earliest.run == latest.run;
+        let of = if is_one { String::new() } else { format!(" of {}", earliest.run) };
+        Some(format!("between {:.0} s{of} and {:.0} s of {}", earliest.at, latest.at, latest.run))
     }
 
     fn change_in_words(&self) -> String {
@@ -289,15 +299,21 @@ mod tests {
         let (run, std, unit) = ("run1".to_string(), 0.0123, "kg".to_string());
         let mass = ChangedParameter { parameter: "mass".into(), run, from: None, change: -2.5, std, unit, ..found };
         assert!(mass.is_event() && !mass.absent);
-        assert_eq!(mass.told(), "Not the same at all times: in run1 alone the mass is 2.500 ± 0.012 kg less.");
+        assert_eq!(
+            mass.told(),
+            "Not the same at all times: in run1 alone the mass is 2.500 ± 0.012 kg less than in the other runs."
+        );
         let drag = ChangedParameter { parameter: "drag".into(), from: Some(36.2), change: 0.4, relative: true, ..mass };
         assert_eq!(
             drag.told(),
-            "Not the same at all times: from 36 s of run1 on the drag is 1.400 ± 0.012 times as large."
+            "Not the same at all times: from 36 s of run1 on, the drag is 1.400 ± 0.012 times what it was before."
         );
         let between = [("run0", 12.0), ("run1", 36.2)].map(|(run, at)| RunInstant { run: run.into(), at }).to_vec();
+        let told = ChangedParameter { between, ..drag.clone() }.told();
+        assert!(told.contains("from some instant between 12 s of run0 and 36 s of run1 on, the drag is"), "{told}");
+        let between = [12.0, 36.2].map(|at| RunInstant { run: "run1".into(), at }).to_vec();
         let told = ChangedParameter { between, ..drag }.told();
-        assert!(told.contains("from some instant between 12 s of run0 and 36 s of run1 on the drag is"), "{told}");
+        assert!(told.contains("from some instant between 12 s and 36 s of run1 on, the drag is"), "{told}");
     }
 
     #[test]

@@ -176,8 +176,8 @@ const CHANGED: Code = Code {
     code: "D111",
     kind: "changed",
     severity: Severity::Warning,
-    meaning: "Something changed within the runs of the fit, or acts in one of them alone: parameters that are fitted to all of them hold \
-              neither before nor after it. Fit the two apart.",
+    meaning: "Something changed within the runs of the fit, or acts in one of them alone: parameters that are fitted to all of them mix \
+              two states of the vehicle. Fit them apart.",
 };
 
 /// Searches once for effects that `baseline` lacks, with the runs of `task` divided as they are.
@@ -329,9 +329,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
 
 /// What has begun or changed beside the names that were found.
 fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, OutputErrorError> {
-    // beside the baseline alone it was asked before anything was named
-    let asked = found.steps.len() == 1 && found.screen.asks();
-    let stepped = if asked { None } else { stepped(found.last_fit(), task, 0.0)? };
+    let stepped = stepped(found.last_fit(), task, 0.0)?;
     match stepped {
         Some(stepped) if stepped.alone => Ok(Some(stepped)),
         stepped => Ok(likelier(appeared(found.last_fit(), &found.candidates, task)?, stepped)),

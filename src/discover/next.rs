@@ -143,10 +143,8 @@ fn apart(changed: &ChangedParameter) -> String {
         _ => "weed, a payload, a tether that caught, a thruster that failed",
     };
     match changed.from {
-        // the sentence holds the range
-        Some(_) if changed.is_event() && !changed.between.is_empty() => format!(
-            "Look at what happened between those instants ({causes}), and fit what was logged before them apart from what was logged \
-             after them."
+        Some(_) if let Some(range) = changed.range_in_words().filter(|_| changed.is_event()) => format!(
+            "Look at what happened {range} ({causes}), and fit what was logged before apart from what was logged after."
         ),
         Some(from) if changed.is_event() => format!(
             "Look at what happened at {from:.0} s of {} ({causes}), and fit what was logged before it apart from what was logged after it.",

@@ -160,6 +160,9 @@ pub(super) fn sentence(
             "Something is missing that the runs of the fit do not show: it is in {apart}{}.{behaves}",
             at(", in")
         ),
+        Verdict::PartlyExplained if let Some(begun) = begun => {
+            format!("Partly explained: {names} {were} missing{gain}; besides, something has changed: {begun}.{alike}")
+        }
         Verdict::PartlyExplained => format!(
             "Partly explained: {names} {were} missing{gain}; something is left{} that no effect of the catalogue \
              explains.{changes}{alike}",

@@ -303,12 +303,23 @@ fn blind_a_property_that_changes_is_told_with_its_instant() {
         let expected = share.or(truth.value("inertia@surge").map(|m| 0.15 * m)).expect("it has a mass");
         assert!((changed.change - expected).abs() < 3.0 * changed.std, "{changed:?}, {expected}");
         assert!(changed.std < 0.1 * expected.abs(), "{changed:?}");
-        let words = format!(" on the {property} is ");
+        let words = format!(" on, the {property} is ");
         assert!(found.sentence.starts_with("Something has changed: from "), "{}", found.sentence);
         assert!(found.sentence.contains(&words), "{}", found.sentence);
         let codes: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
         assert!(codes.contains(&"D111") && !codes.contains(&"D107"), "{codes:?}");
     }
+}
+
+/// An effect that is missing all along is named, and a drag that steps besides is told beside the name.
+#[test]
+fn blind_a_drag_that_steps_is_told_beside_a_name() {
+    let sea = Sea { commands: Commands::Thrusters, ..sea("laurs", 0.02, &["coriolis_yaw", "drag_step"], 216) };
+    let found = answer("name-and-step", &sea);
+    assert_eq!((names(&found), found.verdict), (vec!["coriolis_yaw"], Verdict::PartlyExplained), "{}", found.sentence);
+    let changed = found.changed_parameter.as_ref().expect("it is told");
+    assert!(changed.parameter == "drag" && (changed.change - 0.4).abs() < 3.0 * changed.std, "{changed:?}");
+    assert!(found.sentence.contains("; besides, something has changed: from "), "{}", found.sentence);
 }
 
 /// A force of the opposite sign in one log is a fault of that log, and is mended there alone.
