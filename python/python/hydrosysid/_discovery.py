@@ -83,8 +83,8 @@ class ChangedParameter:
         unit: unit of both.
         p_value: probability of as much by chance, of all parameters and parts of the log.
         gain: by how much −2 ln L falls, beyond chance, with values of their own for all parameters there.
-        alone: whether this change is all; where it is not, no value has changed: the equations have another shape. Of an
-            event (`absent`, or a property of the vehicle) less than a tenth of its gain remains then.
+        alone: whether this change is all; where it is not, no value has changed: the equations have another shape. Of
+            an event (`absent`, or a property of the vehicle) less than a tenth of its gain remains then.
         absent: whether the effect is not in the model, and begins there: a thruster that fails.
         relative: whether ``change`` is a share of the value elsewhere: of the whole drag, or of all thrust.
     """
