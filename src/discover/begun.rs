@@ -4,6 +4,7 @@
 //! (θ, s, t₀) = argmin −2 ln L          s: what begins or changes ([`Since`]), from a block of samples to one of them
 //! ```
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use super::constancy::{RunInstant, changed};
@@ -144,30 +145,31 @@ impl Begun {
     /// parameters make up for a wrong instant. The likeliest of them, if it is likelier, and the earliest and the latest;
     /// neither for what acts in one run alone.
     fn as_likely(&self, instants: &[&Part], task: &Task<'_>) -> (Option<Begun>, Vec<RunInstant>) {
-        let Some(from) = self.part.from else { return (None, Vec::new()) };
-        let at = |part: &Part| RunInstant { run: task.train[part.run].name.clone(), at: part.from.unwrap_or(from) };
-        let is_later = |part: &&&Part| (part.run, part.from) > (self.part.run, self.part.from);
-        let first = instants.iter().position(|part| is_later(&part)).unwrap_or(instants.len());
-        let (mut likeliest, mut ends) = (None, [at(&self.part), at(&self.part)]);
-        let mut least = self.fit.cost;
-        let before: Vec<&&Part> = instants[..first]
-            .iter()
-            .rev()
-            .filter(|part| (part.run, part.from) != (self.part.run, self.part.from))
-            .collect();
-        for (end, parts) in ends.iter_mut().zip([before, instants[first..].iter().collect()]) {
-            for part in parts {
-                let Some(moved) = self.moved((*part).clone(), task).filter(|moved| moved.fit.cost < least + TIE) else {
-                    break;
+        if self.part.from.is_none() {
+            return (None, Vec::new());
+        }
+        let here = (self.part.run, self.part.from);
+        let before: Vec<&Part> = instants.iter().rev().copied().filter(|part| (part.run, part.from) < here).collect();
+        let after: Vec<&Part> = instants.iter().copied().filter(|part| (part.run, part.from) > here).collect();
+        let (mut likeliest, mut least) = (None, self.fit.cost);
+        let mut ends = [before, after].map(|parts| {
+            let is_as_likely = |k: usize| {
+                let Some(moved) = self.moved(parts[k].clone(), task).filter(|moved| moved.fit.cost < least + TIE)
+                else {
+                    return false;
                 };
-                *end = at(part);
                 if moved.fit.cost < least - ROUGH {
                     least = moved.fit.cost;
                     likeliest = Some(moved);
                 }
-            }
-        }
-        let between = if ends[0] == ends[1] { Vec::new() } else { ends.to_vec() };
+                true
+            };
+            furthest(parts.len(), is_as_likely).map_or(&self.part, |k| parts[k])
+        });
+        ends.sort_by(|a, b| (a.run, a.from).partial_cmp(&(b.run, b.from)).unwrap_or(Ordering::Equal));
+        let is_told = (ends[0].run, ends[0].from) == (ends[1].run, ends[1].from);
+        let told = |part: &Part| Some(RunInstant { run: task.train[part.run].name.clone(), at: part.from? });
+        let between = if is_told { Vec::new() } else { ends.into_iter().filter_map(told).collect() };
         (likeliest, between)
     }
 
@@ -210,6 +212,22 @@ impl Begun {
     }
 }
 
+/// The furthest of `count` steps that `holds`, if it holds up to somewhere: tried in steps that double, then halve.
+fn furthest(count: usize, mut holds: impl FnMut(usize) -> bool) -> Option<usize> {
+    let (mut reached, mut step) = (0, 1);
+    let mut beyond = count + 1;
+    // `reached` steps hold, `beyond` do not
+    while reached + 1 < beyond {
+        let next = (reached + step).min(if beyond > count { count } else { reached.midpoint(beyond) });
+        if holds(next - 1) {
+            (reached, step) = (next, 2 * step);
+        } else {
+            beyond = next;
+        }
+    }
+    reached.checked_sub(1)
+}
+
 /// The runs with a channel that is 1 in a part: from its instant on and in all later runs, or in its run alone.
 fn marked(runs: &[Run], part: &Part) -> Vec<Run> {
     /// Width of the edge, s.
@@ -248,6 +266,21 @@ mod tests {
             run
         };
         ["a", "b", "c"].map(of).to_vec()
+    }
+
+    /// Of 200 steps every limit is found in at most 16 trials.
+    #[test]
+    fn the_furthest_step_is_found_in_few_trials() {
+        for limit in 0..=200 {
+            let mut trials = 0;
+            let found = furthest(200, |k| {
+                trials += 1;
+                k < limit
+            });
+            assert_eq!(found, limit.checked_sub(1));
+            assert!(trials <= 16, "{limit}: {trials}");
+        }
+        assert_eq!(furthest(0, |_| true), None);
     }
 
     #[test]
