@@ -127,7 +127,9 @@ impl Begun {
     fn finer(self, instants: &[&Part], task: &Task<'_>) -> Begun {
         let Some(here) = self.part.from else { return self };
         let apart = instants.iter().filter(|part| part.run == self.part.run).filter_map(|part| part.from);
-        let apart = apart.map(|from| (from - here).abs()).filter(|apart| *apart > 0.0);
+        // a run of one or two blocks has no other instant
+        let ends = task.train[self.part.run].span().into_iter().flat_map(|(start, end)| [start, end]);
+        let apart = apart.chain(ends).map(|from| (from - here).abs()).filter(|apart| *apart > 0.0);
         let Some(mut within) = apart.reduce(f64::min) else { return self };
         // near the end of a run it may be the next run
         let runs = self.part.run..task.train.len().min(self.part.run + 2);

@@ -329,10 +329,9 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
 
 /// What has begun or changed beside the names that were found.
 fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, OutputErrorError> {
-    let stepped = stepped(found.last_fit(), task, 0.0)?;
-    match stepped {
-        Some(stepped) if stepped.alone => Ok(Some(stepped)),
-        stepped => Ok(likelier(appeared(found.last_fit(), &found.candidates, task)?, stepped)),
+    match appeared(found.last_fit(), &found.candidates, task)? {
+        Some(appeared) if appeared.alone => Ok(Some(appeared)),
+        appeared => Ok(likelier(appeared, stepped(found.last_fit(), task, 0.0)?)),
     }
 }
 

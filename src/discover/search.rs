@@ -67,7 +67,8 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     };
     found.appeared = appeared_first(found.last_fit(), (&found.candidates, &found.screen), task)?;
     // one force of several that weaken together may explain most of it
-    if found.screen.asks() && found.appeared.as_ref().is_none_or(|appeared| !appeared.alone) {
+    let is_open = found.screen.asks() && found.appeared.as_ref().is_none_or(|appeared| !appeared.alone);
+    if is_open && !is_hopeless(found.last_fit(), task.train) {
         let stepped = stepped(found.last_fit(), task, all_along(&found.candidates, &found.screen))?;
         found.appeared = likelier(found.appeared.take(), stepped);
     }

@@ -57,9 +57,11 @@ struct Fitted<'a> {
     between: Vec<RunInstant>,
     /// −2 ln L and one for each parameter.
     cost: f64,
+    /// Fall of −2 ln L that the scores promise.
+    score: f64,
 }
 
-/// The property of the vehicle that has changed, with a gain beyond `least`.
+/// The property of the vehicle that has changed, with a score beyond `least`.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -101,7 +103,9 @@ pub(super) fn stepped(
         let directions: Vec<Direction> =
             [tied.into_iter().collect()].into_iter().chain(own.iter().map(|(_, along)| vec![*along])).collect();
         let Some(found) = log.together(&directions) else { continue };
-        if found.gain < by_chance(found.changes.len(), tried) {
+        // scores are compared with scores: beside a model that lacks much they promise less than a fit gains
+        let score = found.gain + found.changes.len() as f64;
+        if score < least.max(by_chance(found.changes.len(), tried)) {
             continue;
         }
         let begins = |changing, start, tie| Beginning { what: what(changing, &list, model), start, tie };
@@ -125,7 +129,7 @@ pub(super) fn stepped(
                 continue;
             }
         }
-        fitted.push(Fitted { property, begun, between: Vec::new(), cost });
+        fitted.push(Fitted { property, begun, between: Vec::new(), cost, score });
     }
     fitted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let Some(first) = fitted.first().map(|first| first.cost) else { return Ok(None) };
@@ -138,18 +142,18 @@ pub(super) fn stepped(
     let mut fitted: Vec<Fitted<'_>> = refined.collect();
     fitted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut fitted = fitted.into_iter();
-    let Some(Fitted { property, begun, between, cost }) = fitted.next() else { return Ok(None) };
+    let Some(Fitted { property, begun, between, cost, score }) = fitted.next() else { return Ok(None) };
     // if two properties explain it equally well, neither is the answer
     if fitted.next().is_some_and(|second| second.cost < cost + TIE) {
         return Ok(None);
     }
     let (gain, count) = (fit.cost - begun.fit.cost, begun.count());
     // twice the limit of chance: near to it any change absorbs a little of another effect
-    if gain < least.max(2.0 * by_chance(count, tried)) {
+    if gain < 2.0 * by_chance(count, tried) {
         return Ok(None);
     }
     // a parameter that changes alone is the simpler answer
-    if any.alone && (any.change / any.std).powi(2) > gain {
+    if any.alone && (any.change / any.std).powi(2) > score {
         return Ok(None);
     }
     let s = &begun.fit.model.parameters[begun.parameter];
