@@ -331,7 +331,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
 fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, OutputErrorError> {
     match appeared(found.last_fit(), &found.candidates, task)? {
         Some(appeared) if appeared.alone => Ok(Some(appeared)),
-        appeared => Ok(likelier(appeared, stepped(found.last_fit(), task, 0.0)?)),
+        appeared => Ok(likelier(appeared, stepped(found.last_fit(), (&found.candidates, &found.screen), task, 0.0)?)),
     }
 }
 

@@ -69,7 +69,8 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     // one force of several that weaken together may explain most of it
     let is_open = found.screen.asks() && found.appeared.as_ref().is_none_or(|appeared| !appeared.alone);
     if is_open && !is_hopeless(found.last_fit(), task.train) {
-        let stepped = stepped(found.last_fit(), task, all_along(&found.candidates, &found.screen))?;
+        let scored = (&found.candidates[..], &found.screen);
+        let stepped = stepped(found.last_fit(), scored, task, all_along(scored.0, scored.1))?;
         found.appeared = likelier(found.appeared.take(), stepped);
     }
     if found.appeared.is_some() {

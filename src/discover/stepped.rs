@@ -6,8 +6,8 @@
 //!
 //! Weed, a lost fairing, a weak battery or a payload changes many parameters at once, and all by one number s. A payload
 //! also changes the moments of inertia and their couplings, each by a number of its own. The property that explains most
-//! is reported if it explains more than any effect present throughout and more than a single parameter that changes, and
-//! if nothing or little remains beside it ([`super::begun`]): a change of one parameter leaves the others of its property
+//! is reported if it explains more than any effect present throughout, by its score and by a fit, and more than a single
+//! parameter that changes, and if nothing or little remains beside it ([`super::begun`]): a change of one parameter leaves the others of its property
 //! behind.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,11 +18,12 @@ use super::candidate::Candidate;
 use super::columns::{InBlocks, in_blocks};
 use super::constancy::{ChangedParameter, RunInstant, changed};
 use super::parts::{BLOCK, Direction, LEVEL, Log, Part, divided};
-use super::screen::log_survival;
-use super::task::{TIE, Task, asked};
+use super::refit::{afresh, beside};
+use super::screen::{Screen, log_survival};
+use super::task::{ROUGH, TIE, Task, asked};
 use crate::chain::{Nature, nature};
 use crate::effects::{Event, Place, id};
-use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::Dof;
 use crate::model::{Model, Term};
@@ -50,6 +51,10 @@ enum Changing {
     Candidate(usize),
 }
 
+/// Number of effects present throughout that are fitted beside an event, the best by score: the score of a strong one
+/// promises less than it gains.
+const RIVALS: usize = 4;
+
 /// A property that was fitted.
 struct Fitted<'a> {
     property: &'a Property,
@@ -61,12 +66,13 @@ struct Fitted<'a> {
     score: f64,
 }
 
-/// The property of the vehicle that has changed, with a score beyond `least`.
+/// The property of the vehicle that has changed, with a score beyond `least`; beside `fit`, the candidates have these scores.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub(super) fn stepped(
     fit: &FilterErrorFit,
+    (candidates, screen): (&[Candidate], &Screen),
     task: &Task<'_>,
     least: f64,
 ) -> Result<Option<ChangedParameter>, OutputErrorError> {
@@ -162,7 +168,7 @@ pub(super) fn stepped(
         return Ok(None);
     }
     let left = begun.left(task)?;
-    if left > LEFT * gain {
+    if left > LEFT * gain || throughout(fit, candidates, screen, task) < begun.fit.cost + LEFT * gain {
         return Ok(None);
     }
     Ok(Some(ChangedParameter {
@@ -180,6 +186,20 @@ pub(super) fn stepped(
         neutral: 0.0,
         relative: property.relative,
     }))
+}
+
+/// The least −2 ln L of `fit` with one of the effects that are most significant throughout.
+fn throughout(fit: &FilterErrorFit, candidates: &[Candidate], screen: &Screen, task: &Task<'_>) -> f64 {
+    let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, task) };
+    let best = screen.best_probes().into_iter().filter(|score| {
+        let candidate = &candidates[score.candidate];
+        !candidate.has_own_values() && candidate.is_possible(score)
+    });
+    let costs = best.take(RIVALS).filter_map(|score| {
+        let model = candidates[score.candidate].started(&fit.model, score)?;
+        Some(filter_error_from(&model, task.train, afresh(&fit.noise), &rough).ok()?.cost)
+    });
+    costs.fold(f64::INFINITY, f64::min)
 }
 
 /// Fall of −2 ln L by chance with `count` parameters, in the best of `tried` parts and properties.
