@@ -7,8 +7,8 @@
 //! Weed, a lost fairing, a weak battery or a payload changes many parameters at once, and all by one number s. A payload
 //! also changes the moments of inertia and their couplings, each by a number of its own. The property that explains most
 //! is reported if it explains more than any effect present throughout, by its score and by a fit, and more than a single
-//! parameter that changes, and if nothing or little remains beside it ([`super::begun`]): a change of one parameter leaves the others of its property
-//! behind.
+//! parameter that changes, and if nothing or little remains beside it ([`super::begun`]): a change of one parameter leaves
+//! the others of its property behind.
 
 use std::collections::{BTreeMap, BTreeSet};
 
