@@ -240,16 +240,8 @@ impl Model {
         if let Some(narrower) = effect.same_in_all_runs().and_then(|id| self.term(&name_of(id, place))) {
             self.remove(narrower);
         }
-        let parameters = effect
-            .parameters(place)
-            .into_iter()
-            .map(|spec| {
-                match self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared) {
-                    Some(known) => known,
-                    None => self.push_parameter(&name, effect.about().id, place, spec),
-                }
-            })
-            .collect();
+        let specs = effect.parameters(place).into_iter();
+        let parameters = specs.map(|spec| self.parameter_for(&name, effect.about().id, place, spec)).collect();
         self.terms.push(Term { effect, place, parameters, blend: None, memory_from: None });
         Ok(self.terms.len() - 1)
     }
@@ -259,11 +251,16 @@ impl Model {
         let Term { place, ref parameters, .. } = self.terms[term];
         let (name, known) = (self.terms[term].name(), parameters.len());
         for spec in effect.parameters(place).into_iter().skip(known) {
-            let shared = self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared);
-            let added = shared.unwrap_or_else(|| self.push_parameter(&name, effect.about().id, place, spec));
+            let added = self.parameter_for(&name, effect.about().id, place, spec);
             self.terms[term].parameters.push(added);
         }
         self.terms[term].effect = effect;
+    }
+
+    /// The parameter that others share with the term `name`, or a new one.
+    fn parameter_for(&mut self, name: &str, effect: &str, place: Place, spec: ParameterSpec) -> usize {
+        let known = self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared);
+        known.unwrap_or_else(|| self.push_parameter(name, effect, place, spec))
     }
 
     /// Adds a parameter that belongs to the term `name`; returns its index.

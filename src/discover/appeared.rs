@@ -5,16 +5,14 @@
 //! ```
 //!
 //! Searched if one part of the log tells more than the whole, or if the parameters of a last model make up for
-//! something with different values in different parts of the log. An effect is reported if the same effect all along
-//! gains less by a tenth, if no change of a parameter of the model explains as much, and if nothing or little
-//! remains: in the model with it no parameter changes any more, and no other effect is beyond chance.
+//! something with different values in different parts of the log. An effect is reported if no change of a parameter of
+//! the model explains as much, and if it is borne out as an event ([`super::begun`]).
 
-use super::begun::{Beginning, Begun, What};
+use super::begun::{Beginning, Begun, Scored, What};
 use super::candidate::Candidate;
 use super::columns::{InBlocks, in_blocks};
 use super::constancy::{ChangedParameter, changed};
-use super::parts::{BLOCK, Greatest, LEVEL, Log, beyond, divided};
-use super::screen::Screen;
+use super::parts::{BLOCK, Greatest, LEVEL, Log, beyond, by_chance, divided};
 use super::task::{TIE, Task};
 use crate::chain::{Nature, memory_count, nature_at};
 use crate::estimate::filter_error::FilterErrorFit;
@@ -30,22 +28,17 @@ const REFITS: usize = 3;
 /// begins in the middle of a log also shows over all of it.
 const LIKELY: usize = 12;
 
-/// Share of the gain of a beginning that may remain beside it, and by which it must exceed the gain of the same
-/// effect all along: a thruster wired the wrong way round is not exactly opposite if its forces astern differ from
-/// those ahead.
-pub(super) const LEFT: f64 = 0.1;
-
 /// The effect of `list`, not in the model of `fit`, that has begun, if nothing is beyond chance beside it.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub(super) fn appeared(
     fit: &FilterErrorFit,
-    list: &[Candidate],
+    scored: Scored<'_>,
     task: &Task<'_>,
 ) -> Result<Option<ChangedParameter>, OutputErrorError> {
-    let list: Vec<Candidate> = list.iter().filter(|c| may_begin(c, &fit.model)).cloned().collect();
-    begun(fit, &list, task, 0.0)
+    let list: Vec<Candidate> = scored.0.iter().filter(|c| may_begin(c, &fit.model)).cloned().collect();
+    begun((fit, scored), &list, task, 0.0)
 }
 
 /// The same before anything is named: among the effects that show most over the whole log, one that gains more from an
@@ -55,7 +48,7 @@ pub(super) fn appeared(
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub(super) fn appeared_first(
     fit: &FilterErrorFit,
-    (list, screen): (&[Candidate], &Screen),
+    (list, screen): Scored<'_>,
     task: &Task<'_>,
 ) -> Result<Option<ChangedParameter>, OutputErrorError> {
     if !screen.asks() {
@@ -63,19 +56,19 @@ pub(super) fn appeared_first(
     }
     let best = screen.best_probes().into_iter().map(|score| &list[score.candidate]);
     let best: Vec<Candidate> = best.filter(|c| may_begin(c, &fit.model)).take(LIKELY).cloned().collect();
-    begun(fit, &best, task, all_along(list, screen))
+    begun((fit, (list, screen)), &best, task, all_along((list, screen)))
 }
 
 /// The greatest score of an effect that is present throughout: of `list`, without those that have a value of their own
 /// in every run, which follow anything that comes and goes.
-pub(super) fn all_along(list: &[Candidate], screen: &Screen) -> f64 {
+pub(super) fn all_along((list, screen): Scored<'_>) -> f64 {
     let same = screen.scores.iter().filter(|score| !list[score.candidate].has_own_values());
     same.map(|score| score.statistic).fold(0.0, f64::max)
 }
 
 /// The effect of `list` that has begun, with a z² beyond `least`.
 fn begun(
-    fit: &FilterErrorFit,
+    (fit, scored): (&FilterErrorFit, Scored<'_>),
     list: &[Candidate],
     task: &Task<'_>,
     least: f64,
@@ -92,25 +85,24 @@ fn begun(
         let candidate = &list[probes[found.unknown - estimated].candidate];
         let (effect, place) = candidate.terms[0].clone();
         let beginning = Beginning { what: What::Effect(effect, place), start: -found.s / found.c, tie: None };
-        let begun = Begun::at(log.parts[found.part].clone(), &[beginning], fit, task)?;
-        Some((found.z2, candidate, begun))
+        let begun = Begun::at(log.parts[found.part].clone(), std::slice::from_ref(&beginning), fit, task)?;
+        Some((found.z2, candidate, beginning, begun))
     };
     let first = log.own_of_each();
     let all = first.iter().take_while(|found| found.z2 > least).take(REFITS).filter_map(begun);
-    let mut all: Vec<(f64, &Candidate, Begun)> = all.collect();
-    all.sort_by(|a, b| a.2.fit.cost.total_cmp(&b.2.fit.cost));
+    let mut all: Vec<(f64, &Candidate, Beginning, Begun)> = all.collect();
+    all.sort_by(|a, b| a.3.fit.cost.total_cmp(&b.3.fit.cost));
     let mut all = all.into_iter();
-    let Some((z2, candidate, begun)) = all.next() else { return Ok(None) };
+    let Some((z2, candidate, beginning, begun)) = all.next() else { return Ok(None) };
     // if two are equally good, neither is the answer
-    if all.next().is_some_and(|(_, _, second)| second.fit.cost < begun.fit.cost + TIE) {
+    if all.next().is_some_and(|(.., second)| second.fit.cost < begun.fit.cost + TIE) {
         return Ok(None);
     }
     let (begun, between) = begun.likeliest(&log.parts, task);
     let gain = fit.cost - begun.fit.cost;
-    let tried = (log.parts.len() * list.len()) as f64;
-    let by_chance = 2.0 * (tried / LEVEL).ln();
+    let chance = by_chance(1, (log.parts.len() * list.len()) as f64);
     // twice the limit of chance: near to it any effect absorbs a little of another one
-    if gain < 2.0 * by_chance || begun.more_than_all_along(task) < LEFT * gain + by_chance {
+    if gain < 2.0 * chance {
         return Ok(None);
     }
     let p_value = beyond(z2, &log.drawn(log.by_chance(task.options.seed)));
@@ -122,10 +114,7 @@ fn begun(
     if own.is_some_and(|own| (own.change / own.std).powi(2) > z2) {
         return Ok(None);
     }
-    let left = begun.left(task)?;
-    if left > LEFT * gain {
-        return Ok(None);
-    }
+    let Some(left) = begun.borne_out((&[beginning], chance), (fit, scored), task)? else { return Ok(None) };
     Ok(begun.fit.model.parameters.last().map(|parameter| ChangedParameter {
         parameter: format!("{} {}", candidate.name(), parameter.spec.name),
         run: task.train[begun.part.run].name.clone(),

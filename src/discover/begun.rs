@@ -3,19 +3,27 @@
 //! ```text
 //! (θ, s, t₀) = argmin −2 ln L          s: what begins or changes ([`Since`]), from a block of samples to one of them
 //! ```
+//!
+//! It is borne out as an event if little or nothing remains beside it, if what begins gains less by a tenth where it acts
+//! all along, and if no effect that is present throughout explains nine tenths of it: in the one run that goes astern,
+//! weaker reverse thrust looks like weak thrust.
 
-use std::cmp::Ordering;
 use std::sync::Arc;
 
+use super::candidate::Candidate;
 use super::constancy::{RunInstant, changed};
 use super::parts::Part;
 use super::refit::{afresh, beside};
+use super::screen::Screen;
 use super::task::{ROUGH, TIE, Task, asked, screened};
 use crate::effects::{Effect, Event, Place, Since};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 use crate::run::{Run, Signal};
+
+/// Candidates, and their scores beside a fit.
+pub(super) type Scored<'a> = (&'a [Candidate], &'a Screen);
 
 /// Channel of every run that is 1 where the effects act.
 const SINCE: &str = "1(t ≥ t₀)";
@@ -26,8 +34,18 @@ const INSTANTS: usize = 8;
 /// Maximum number of times that a likelier instant is looked for elsewhere.
 const CLIMBS: usize = 4;
 
+/// Share of the gain of an event that may remain beside it, and by which it must exceed the gain of the same effect or of
+/// another one all along: a thruster wired the wrong way round is not exactly opposite if its forces astern differ from
+/// those ahead.
+const LEFT: f64 = 0.1;
+
+/// Number of effects present throughout that are fitted instead of an event, the best by score: the score of a strong one
+/// promises less than it gains.
+const RIVALS: usize = 4;
+
 /// What begins or changes, with the value from which its parameter is fitted, as a difference from that at which nothing
 /// does.
+#[derive(Clone)]
 pub(super) struct Beginning {
     pub what: What,
     pub start: f64,
@@ -36,6 +54,7 @@ pub(super) struct Beginning {
 }
 
 /// What begins or changes.
+#[derive(Clone)]
 pub(super) enum What {
     /// An effect that is not in the model.
     Effect(Arc<dyn Effect>, Place),
@@ -49,7 +68,7 @@ pub(super) struct Begun {
     pub runs: Vec<Run>,
     pub fit: FilterErrorFit,
     /// Index of the first parameter that is new.
-    pub parameter: usize,
+    pub first_new: usize,
 }
 
 impl Beginning {
@@ -76,29 +95,50 @@ impl Beginning {
 impl Begun {
     /// Fits the model of `fit` with `beginnings` within `part`; `None` if it cannot be fitted.
     pub fn at(part: Part, beginnings: &[Beginning], fit: &FilterErrorFit, task: &Task<'_>) -> Option<Begun> {
-        let (mut model, parameter) = (fit.model.clone(), fit.model.parameters.len());
+        let (mut model, first_new) = (fit.model.clone(), fit.model.parameters.len());
         beginnings.iter().try_for_each(|beginning| beginning.add_to(&mut model))?;
         let runs = marked(task.train, &part);
         let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, task) };
         let fit = filter_error_from(&model, &runs, afresh(&fit.noise), &rough).ok()?;
-        Some(Begun { part, runs, fit, parameter })
+        Some(Begun { part, runs, fit, first_new })
     }
 
     /// Number of parameters that are new.
     pub fn count(&self) -> usize {
-        self.fit.model.parameters.len() - self.parameter
+        self.fit.model.parameters.len() - self.first_new
     }
 
-    /// Fall of −2 ln L beyond that of the same effects all along, which may gain nothing in the rest of the log.
-    pub fn more_than_all_along(&self, task: &Task<'_>) -> f64 {
+    /// The fall of −2 ln L, beyond chance, that remains beside the event; `None` if it is too much, if what begins acts all
+    /// along, or if another effect that is present throughout explains as much. `fit` is the model without the event,
+    /// `scored` are the candidates beside it; an event of `beginnings` gains up to `chance` by chance.
+    ///
+    /// # Errors
+    /// [`OutputErrorError`] when a run lacks what a candidate reads.
+    pub fn borne_out(
+        &self,
+        (beginnings, chance): (&[Beginning], f64),
+        (fit, scored): (&FilterErrorFit, Scored<'_>),
+        task: &Task<'_>,
+    ) -> Result<Option<f64>, OutputErrorError> {
+        let gain = fit.cost - self.fit.cost;
+        let left = self.left(task)?;
+        let is_event = left <= LEFT * gain
+            && self.cost_all_along(beginnings, fit, task) >= self.fit.cost + LEFT * gain + chance
+            && cost_throughout(fit, scored, task) >= self.fit.cost + LEFT * gain;
+        Ok(is_event.then_some(left))
+    }
+
+    /// −2 ln L if the effects of `beginnings` that the model of `fit` lacks act all along; infinite if it lacks none.
+    fn cost_all_along(&self, beginnings: &[Beginning], fit: &FilterErrorFit, task: &Task<'_>) -> f64 {
+        let lacking = beginnings.iter().filter(|beginning| matches!(beginning.what, What::Effect(..)));
+        let lacking: Vec<Beginning> = lacking.cloned().collect();
         let all = Part { run: 0, from: Some(f64::NEG_INFINITY), ..self.part.clone() };
-        let runs = marked(task.train, &all);
-        let fit = filter_error_from(&self.fit.model, &runs, self.fit.noise.clone(), &beside(&self.fit, task));
-        fit.map_or(f64::INFINITY, |fit| fit.cost - self.fit.cost)
+        let fitted = (!lacking.is_empty()).then(|| Begun::at(all, &lacking, fit, task)).flatten();
+        fitted.map_or(f64::INFINITY, |all| all.fit.cost)
     }
 
     /// Fall of −2 ln L, beyond chance, that remains beside it: by a parameter that still changes, or by another effect.
-    pub fn left(&self, task: &Task<'_>) -> Result<f64, OutputErrorError> {
+    fn left(&self, task: &Task<'_>) -> Result<f64, OutputErrorError> {
         let task = Task { train: &self.runs, ..*task };
         let changes = changed(&self.fit, &self.runs, task.options.seed, |_| true).map_or(0.0, |changed| changed.gain);
         let beside = screened(&self.fit, &asked(&self.fit.model, &task), &task)?;
@@ -154,7 +194,7 @@ impl Begun {
         let before: Vec<&Part> = instants.iter().rev().copied().filter(|part| (part.run, part.from) < here).collect();
         let after: Vec<&Part> = instants.iter().copied().filter(|part| (part.run, part.from) > here).collect();
         let (mut likeliest, mut least) = (None, self.fit.cost);
-        let mut ends = [before, after].map(|parts| {
+        let ends = [before, after].map(|parts| {
             let is_as_likely = |k: usize| {
                 let Some(moved) = self.moved(parts[k].clone(), task).filter(|moved| moved.fit.cost < least + TIE)
                 else {
@@ -168,7 +208,6 @@ impl Begun {
             };
             furthest(parts.len(), is_as_likely).map_or(&self.part, |k| parts[k])
         });
-        ends.sort_by(|a, b| (a.run, a.from).partial_cmp(&(b.run, b.from)).unwrap_or(Ordering::Equal));
         let is_told = (ends[0].run, ends[0].from) == (ends[1].run, ends[1].from);
         let told = |part: &Part| Some(RunInstant { run: task.train[part.run].name.clone(), at: part.from? });
         let between = if is_told { Vec::new() } else { ends.into_iter().filter_map(told).collect() };
@@ -179,7 +218,7 @@ impl Begun {
     fn moved(&self, part: Part, task: &Task<'_>) -> Option<Begun> {
         let runs = marked(task.train, &part);
         let fit = filter_error_from(&self.fit.model, &runs, self.fit.noise.clone(), &beside(&self.fit, task)).ok()?;
-        Some(Begun { part, runs, fit, parameter: self.parameter })
+        Some(Begun { part, runs, fit, first_new: self.first_new })
     }
 
     /// Mean time between the rows of the part's run, s.
@@ -214,6 +253,20 @@ impl Begun {
     }
 }
 
+/// The least −2 ln L of the model of `fit` with one of the effects that are most significant throughout.
+fn cost_throughout(fit: &FilterErrorFit, (candidates, screen): Scored<'_>, task: &Task<'_>) -> f64 {
+    let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, task) };
+    let best = screen.best_probes().into_iter().filter(|score| {
+        let candidate = &candidates[score.candidate];
+        !candidate.has_own_values() && candidate.is_possible(score)
+    });
+    let costs = best.take(RIVALS).filter_map(|score| {
+        let model = candidates[score.candidate].started(&fit.model, score)?;
+        Some(filter_error_from(&model, task.train, afresh(&fit.noise), &rough).ok()?.cost)
+    });
+    costs.fold(f64::INFINITY, f64::min)
+}
+
 /// The furthest of `count` steps that `holds`, if it holds up to somewhere: tried in steps that double, then halve.
 fn furthest(count: usize, mut holds: impl FnMut(usize) -> bool) -> Option<usize> {
     let (mut reached, mut step) = (0, 1);
@@ -235,9 +288,7 @@ fn marked(runs: &[Run], part: &Part) -> Vec<Run> {
     /// Width of the edge, s.
     const EDGE: f64 = 1e-3;
     let of = |(k, run): (usize, &Run)| {
-        let ends = run.signals.values().filter(|s| !s.is_empty()).map(|s| (s.time()[0], s.time()[s.len() - 1]));
-        let (first, last) =
-            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (from, to)| (a.min(from), b.max(to)));
+        let (first, last) = run.span().unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
         let constant = |value: f64| Signal::new(vec![first, last].into(), vec![value; 2]);
         let signal = match part.from {
             Some(from) if k == part.run && from > first && from + EDGE < last => {

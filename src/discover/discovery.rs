@@ -329,9 +329,10 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
 
 /// What has begun or changed beside the names that were found.
 fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, OutputErrorError> {
-    match appeared(found.last_fit(), &found.candidates, task)? {
+    let (fit, scored) = (found.last_fit(), (&found.candidates[..], &found.screen));
+    match appeared(fit, scored, task)? {
         Some(appeared) if appeared.alone => Ok(Some(appeared)),
-        appeared => Ok(likelier(appeared, stepped(found.last_fit(), (&found.candidates, &found.screen), task, 0.0)?)),
+        appeared => Ok(likelier(appeared, stepped((fit, scored), task, 0.0)?)),
     }
 }
 

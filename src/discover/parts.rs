@@ -285,6 +285,11 @@ pub(super) fn beyond(z2: f64, drawn: &[f64]) -> f64 {
     (independent * log_survival(z2, 1).exp()).min(1.0 / drawn.len() as f64)
 }
 
+/// Fall of −2 ln L by chance with `count` parameters more, in the best of `tried` parts and effects.
+pub(super) fn by_chance(count: usize, tried: f64) -> f64 {
+    count as f64 + 2.0 * (tried / LEVEL).ln()
+}
+
 /// Divides the log into blocks over the unknowns and `more` that are not in the model, one run after the other, and
 /// returns them with the parts to be tested; `products` are those of each stretch, block by block.
 pub(super) fn divided(

@@ -70,7 +70,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     let is_open = found.screen.asks() && found.appeared.as_ref().is_none_or(|appeared| !appeared.alone);
     if is_open && !is_hopeless(found.last_fit(), task.train) {
         let scored = (&found.candidates[..], &found.screen);
-        let stepped = stepped(found.last_fit(), scored, task, all_along(scored.0, scored.1))?;
+        let stepped = stepped((found.last_fit(), scored), task, all_along(scored))?;
         found.appeared = likelier(found.appeared.take(), stepped);
     }
     if found.appeared.is_some() {

@@ -6,24 +6,21 @@
 //!
 //! Weed, a lost fairing, a weak battery or a payload changes many parameters at once, and all by one number s. A payload
 //! also changes the moments of inertia and their couplings, each by a number of its own. The property that explains most
-//! is reported if it explains more than any effect present throughout, by its score and by a fit, and more than a single
-//! parameter that changes, and if nothing or little remains beside it ([`super::begun`]): a change of one parameter leaves
-//! the others of its property behind.
+//! is reported if its score exceeds that of every effect present throughout and of a single parameter that changes, and
+//! if it is borne out as an event ([`super::begun`]): a change of one parameter leaves the others of its property behind.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::appeared::LEFT;
-use super::begun::{Beginning, Begun, What};
+use super::begun::{Beginning, Begun, Scored, What};
 use super::candidate::Candidate;
-use super::columns::{InBlocks, in_blocks};
+use super::columns::{InBlocks, Probe, in_blocks};
 use super::constancy::{ChangedParameter, RunInstant, changed};
-use super::parts::{BLOCK, Direction, LEVEL, Log, Part, divided};
-use super::refit::{afresh, beside};
-use super::screen::{Screen, log_survival};
-use super::task::{ROUGH, TIE, Task, asked};
+use super::parts::{BLOCK, Direction, Log, Together, by_chance, divided};
+use super::screen::log_survival;
+use super::task::{TIE, Task, asked};
 use crate::chain::{Nature, nature};
 use crate::effects::{Event, Place, id};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::Dof;
 use crate::model::{Model, Term};
@@ -31,128 +28,74 @@ use crate::model::{Model, Term};
 /// Key of the parameter s.
 const S: &str = "s since t₀";
 
+/// Share of the gain by which a property may fall behind the first one and still be the likelier one at its own instant:
+/// an instant that is some seconds off costs as much.
+const BEHIND: f64 = 0.1;
+
 /// A property of the vehicle: what changes by s, and what changes with it by numbers of its own.
 struct Property {
     name: &'static str,
     /// Whether s is a share.
     relative: bool,
-    tied: Vec<Changing>,
-    own: Vec<Changing>,
+    tied: Vec<Member>,
+    own: Vec<Member>,
 }
 
 /// What changes with a property.
+struct Member {
+    what: What,
+    score: Source,
+}
+
+/// Where the score of a member comes from.
 #[derive(Clone, Copy)]
-enum Changing {
-    /// A term of the model.
-    Term(usize, Event),
-    /// The effect of a term of the model, which acts once more.
-    Again(usize),
+enum Source {
+    /// A parameter of the model, and how much it changes with s.
+    Parameter(usize, f64),
     /// A candidate.
     Candidate(usize),
 }
 
-/// Number of effects present throughout that are fitted beside an event, the best by score: the score of a strong one
-/// promises less than it gains.
-const RIVALS: usize = 4;
-
 /// A property that was fitted.
 struct Fitted<'a> {
     property: &'a Property,
+    beginnings: Vec<Beginning>,
     begun: Begun,
     between: Vec<RunInstant>,
-    /// −2 ln L and one for each parameter.
-    cost: f64,
     /// Fall of −2 ln L that the scores promise.
     score: f64,
 }
 
-/// The property of the vehicle that has changed, with a score beyond `least`; beside `fit`, the candidates have these scores.
+/// The property of the vehicle that has changed, with a score beyond `least`; `scored`: the candidates beside `fit`.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub(super) fn stepped(
-    fit: &FilterErrorFit,
-    (candidates, screen): (&[Candidate], &Screen),
+    (fit, scored): (&FilterErrorFit, Scored<'_>),
     task: &Task<'_>,
     least: f64,
 ) -> Result<Option<ChangedParameter>, OutputErrorError> {
     let Some(any) = changed(fit, task.train, task.options.seed, |_| true) else { return Ok(None) };
-    let model = &fit.model;
-    let mut list = asked(model, task);
-    list.retain(|c| is_scale(c) || is_coupling(c, model));
-    let properties = properties(model, &list, &driven(task));
+    let mut list = asked(&fit.model, task);
+    list.retain(|c| is_scale(c) || is_coupling(c, &fit.model));
+    let properties = properties(&fit.model, &list, &driven(task));
     let InBlocks { probes, products } = in_blocks(fit.into(), task.train, &list, &task.fitting.base, BLOCK)?;
     let (blocks, parts) = divided(fit, task.train, &products, probes.len());
-    let unknowns = &fit.filtered.problem.unknowns;
-    let estimated = unknowns.len();
+    let estimated = (0..fit.filtered.problem.unknowns.len()).collect();
     let tried = (parts.len() * properties.len()) as f64;
-    let Some(log) = Log::of(blocks, parts, ((0..estimated).collect(), Vec::new()), fit.priors().collect()) else {
-        return Ok(None);
-    };
-    // the unknown of the scores, and how much it changes with s; none of what is fixed
-    let along = |changing: &Changing| match changing {
-        Changing::Candidate(k) => Some((estimated + probes.iter().position(|probe| probe.candidate == *k)?, 1.0)),
-        Changing::Term(k, _) | Changing::Again(k) => {
-            let p = model.terms[*k].parameters[0];
-            let is_amount = matches!(changing, Changing::Term(_, Event::Amount));
-            let weight = if is_amount { 1.0 } else { model.parameters[p].value };
-            Some((unknowns.iter().position(|u| u.parameter == p)?, weight))
-        }
-    };
-    let mut fitted: Vec<Fitted<'_>> = Vec::new();
-    for property in &properties {
-        // terms that share a parameter change it once
-        let tied: BTreeMap<usize, f64> = property.tied.iter().filter_map(along).collect();
-        let mut seen = BTreeSet::new();
-        let own = property.own.iter().filter_map(|own| Some((*own, along(own)?)));
-        let own: Vec<(Changing, (usize, f64))> = own.filter(|(_, (unknown, _))| seen.insert(*unknown)).collect();
-        let directions: Vec<Direction> =
-            [tied.into_iter().collect()].into_iter().chain(own.iter().map(|(_, along)| vec![*along])).collect();
-        let Some(found) = log.together(&directions) else { continue };
+    let Some(log) = Log::of(blocks, parts, (estimated, Vec::new()), fit.priors().collect()) else { return Ok(None) };
+    let at_its_block = properties.iter().filter_map(|property| {
+        let (beginnings, found) = property.begun(fit, &probes, &log)?;
         // scores are compared with scores: beside a model that lacks much they promise less than a fit gains
         let score = found.gain + found.changes.len() as f64;
         if score < least.max(by_chance(found.changes.len(), tried)) {
-            continue;
+            return None;
         }
-        let begins = |changing, start, tie| Beginning { what: what(changing, &list, model), start, tie };
-        let mut beginnings = Vec::new();
-        for (direction, start) in found.changes {
-            match direction.checked_sub(1) {
-                None => beginnings.extend(property.tied.iter().map(|tied| begins(*tied, start, Some(S)))),
-                Some(k) => beginnings.push(begins(own[k].0, start, None)),
-            }
-        }
-        let part = log.parts[found.part].clone();
-        let Some(begun) = Begun::at(part, &beginnings, fit, task) else { continue };
-        let cost = begun.fit.cost + begun.count() as f64;
-        // what the model lacks may act all along
-        let all = Part { run: 0, from: Some(f64::NEG_INFINITY), ..begun.part.clone() };
-        beginnings.retain(|beginning| matches!(beginning.what, What::Effect(..)));
-        if !beginnings.is_empty() {
-            let gain = fit.cost - begun.fit.cost;
-            let more = Begun::at(all, &beginnings, fit, task).map(|all| all.fit.cost - begun.fit.cost);
-            if more.is_some_and(|more| more < LEFT * gain + by_chance(1, tried)) {
-                continue;
-            }
-        }
-        fitted.push(Fitted { property, begun, between: Vec::new(), cost, score });
-    }
-    fitted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let Some(first) = fitted.first().map(|first| first.cost) else { return Ok(None) };
-    // an instant that is some seconds off costs a share of the gain
-    fitted.retain(|one| one.cost - first < (LEFT * (fit.cost - first)).max(TIE));
-    let refined = fitted.into_iter().map(|one| {
-        let (begun, between) = one.begun.likeliest(&log.parts, task);
-        Fitted { cost: begun.fit.cost + begun.count() as f64, begun, between, ..one }
+        let begun = Begun::at(log.parts[found.part].clone(), &beginnings, fit, task)?;
+        Some(Fitted { property, beginnings, begun, between: Vec::new(), score })
     });
-    let mut fitted: Vec<Fitted<'_>> = refined.collect();
-    fitted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut fitted = fitted.into_iter();
-    let Some(Fitted { property, begun, between, cost, score }) = fitted.next() else { return Ok(None) };
-    // if two properties explain it equally well, neither is the answer
-    if fitted.next().is_some_and(|second| second.cost < cost + TIE) {
-        return Ok(None);
-    }
+    let Some(best) = likeliest(at_its_block.collect(), fit, &log, task) else { return Ok(None) };
+    let Fitted { property, beginnings, begun, between, score } = best;
     let (gain, count) = (fit.cost - begun.fit.cost, begun.count());
     // twice the limit of chance: near to it any change absorbs a little of another effect
     if gain < 2.0 * by_chance(count, tried) {
@@ -162,15 +105,13 @@ pub(super) fn stepped(
     if any.alone && (any.change / any.std).powi(2) > score {
         return Ok(None);
     }
-    let s = &begun.fit.model.parameters[begun.parameter];
+    let s = &begun.fit.model.parameters[begun.first_new];
     let (change, std) = (s.value - s.spec.neutral, s.std.unwrap_or(f64::INFINITY));
     if (change / std).powi(2) < by_chance(1, tried) {
         return Ok(None);
     }
-    let left = begun.left(task)?;
-    if left > LEFT * gain || throughout(fit, candidates, screen, task) < begun.fit.cost + LEFT * gain {
-        return Ok(None);
-    }
+    let chance = by_chance(1, tried);
+    let Some(left) = begun.borne_out((&beginnings, chance), (fit, scored), task)? else { return Ok(None) };
     Ok(Some(ChangedParameter {
         parameter: property.name.into(),
         run: task.train[begun.part.run].name.clone(),
@@ -188,23 +129,73 @@ pub(super) fn stepped(
     }))
 }
 
-/// The least −2 ln L of `fit` with one of the effects that are most significant throughout.
-fn throughout(fit: &FilterErrorFit, candidates: &[Candidate], screen: &Screen, task: &Task<'_>) -> f64 {
-    let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, task) };
-    let best = screen.best_probes().into_iter().filter(|score| {
-        let candidate = &candidates[score.candidate];
-        !candidate.has_own_values() && candidate.is_possible(score)
+/// The property that is likelier than the others, each from its likeliest instant; `None` if two are as likely: then
+/// neither is the answer.
+fn likeliest<'a>(mut fitted: Vec<Fitted<'a>>, fit: &FilterErrorFit, log: &Log, task: &Task<'_>) -> Option<Fitted<'a>> {
+    let cost = |of: &Fitted<'_>| of.begun.fit.cost + of.begun.count() as f64;
+    let first = fitted.iter().map(cost).fold(f64::INFINITY, f64::min);
+    fitted.retain(|one| cost(one) - first < (BEHIND * (fit.cost - first)).max(TIE));
+    let refined = fitted.into_iter().map(|one| {
+        let (begun, between) = one.begun.likeliest(&log.parts, task);
+        Fitted { begun, between, ..one }
     });
-    let costs = best.take(RIVALS).filter_map(|score| {
-        let model = candidates[score.candidate].started(&fit.model, score)?;
-        Some(filter_error_from(&model, task.train, afresh(&fit.noise), &rough).ok()?.cost)
-    });
-    costs.fold(f64::INFINITY, f64::min)
+    let mut refined: Vec<Fitted<'a>> = refined.collect();
+    refined.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    let mut refined = refined.into_iter();
+    let best = refined.next()?;
+    let is_tied = refined.next().is_some_and(|second| cost(&second) < cost(&best) + TIE);
+    (!is_tied).then_some(best)
 }
 
-/// Fall of −2 ln L by chance with `count` parameters, in the best of `tried` parts and properties.
-fn by_chance(count: usize, tried: f64) -> f64 {
-    count as f64 + 2.0 * (tried / LEVEL).ln()
+impl Property {
+    /// What begins or changes in the block that its scores point to, with the values that they promise.
+    fn begun(&self, fit: &FilterErrorFit, probes: &[Probe], log: &Log) -> Option<(Vec<Beginning>, Together)> {
+        let unknowns = &fit.filtered.problem.unknowns;
+        // none of a parameter that is fixed
+        let along = |member: &Member| match member.score {
+            Source::Parameter(p, weight) => Some((unknowns.iter().position(|u| u.parameter == p)?, weight)),
+            Source::Candidate(k) => Some((unknowns.len() + probes.iter().position(|probe| probe.candidate == k)?, 1.0)),
+        };
+        // terms that share a parameter change it once
+        let tied: BTreeMap<usize, f64> = self.tied.iter().filter_map(along).collect();
+        let mut seen = BTreeSet::new();
+        let own = self.own.iter().filter_map(|own| Some((own, along(own)?)));
+        let own: Vec<(&Member, (usize, f64))> = own.filter(|(_, (unknown, _))| seen.insert(*unknown)).collect();
+        let mut directions: Vec<Direction> = vec![tied.into_iter().collect()];
+        directions.extend(own.iter().map(|(_, along)| vec![*along]));
+        let found = log.together(&directions)?;
+        let mut beginnings = Vec::new();
+        for (direction, start) in &found.changes {
+            let begins = |of: &Member, tie| Beginning { what: of.what.clone(), start: *start, tie };
+            match direction.checked_sub(1) {
+                None => beginnings.extend(self.tied.iter().map(|tied| begins(tied, Some(S)))),
+                Some(k) => beginnings.push(begins(own[k].0, None)),
+            }
+        }
+        Some((beginnings, found))
+    }
+}
+
+impl Member {
+    /// A term of the model whose parameter changes.
+    fn changing(model: &Model, k: usize, event: Event) -> Member {
+        let p = model.terms[k].parameters[0];
+        let weight = if event == Event::Share { model.parameters[p].value } else { 1.0 };
+        Member { what: What::Term(k, event), score: Source::Parameter(p, weight) }
+    }
+
+    /// The effect of a term of the model, which acts once more.
+    fn again(model: &Model, k: usize) -> Member {
+        let Term { effect, place, parameters, .. } = &model.terms[k];
+        let score = Source::Parameter(parameters[0], model.parameters[parameters[0]].value);
+        Member { what: What::Effect(effect.clone(), *place), score }
+    }
+
+    /// A candidate, number `k` of `list`.
+    fn candidate(list: &[Candidate], k: usize) -> Member {
+        let (effect, place) = list[k].terms[0].clone();
+        Member { what: What::Effect(effect, place), score: Source::Candidate(k) }
+    }
 }
 
 /// Degrees of freedom in which some run has a force.
@@ -219,34 +210,31 @@ fn properties(model: &Model, list: &[Candidate], driven: &[Dof]) -> Vec<Property
     let terms = |is: &dyn Fn(&Term) -> bool| -> Vec<usize> {
         (0..model.terms.len()).filter(|k| is(&model.terms[*k])).collect()
     };
-    let absent =
-        |is: &dyn Fn(&Candidate) -> bool| -> Vec<usize> { (0..list.len()).filter(|k| is(&list[*k])).collect() };
-    let changing = |terms: Vec<usize>, event: Event| -> Vec<Changing> {
-        terms.into_iter().map(|k| Changing::Term(k, event)).collect()
+    let absent = |is: &dyn Fn(&Candidate) -> bool| -> Vec<Member> {
+        (0..list.len()).filter(|k| is(&list[*k])).map(|k| Member::candidate(list, k)).collect()
     };
-    let drag = terms(&|term| matches!(nature(model, term), Nature::Drag | Nature::CrossDrag));
-    let is_inertia = |term: &Term| term.effect.about().id == id::INERTIA;
-    let mass = terms(&|term| is_inertia(term) && !term.place.here().is_rotation());
-    let turning = terms(&|term| {
-        let is_own =
-            is_inertia(term) && term.place.here().is_rotation() || term.effect.about().id == id::ADDED_MASS_COUPLING;
-        is_own && is_changeable(model, term)
-    });
-    let scaled = terms(&|term| term.effect.about().id == id::THRUST_INTERACTION_LOSS);
-    let scales = absent(&is_scale);
-    let thrust: Vec<Changing> =
-        scaled.into_iter().map(Changing::Again).chain(scales.into_iter().map(Changing::Candidate)).collect();
+    let changing = |terms: Vec<usize>, event: Event| -> Vec<Member> {
+        terms.into_iter().map(|k| Member::changing(model, k, event)).collect()
+    };
     let is_whole = |terms: &[usize]| !terms.is_empty() && terms.iter().all(|k| is_changeable(model, &model.terms[*k]));
     let mut all = Vec::new();
+    let drag = terms(&|term| matches!(nature(model, term), Nature::Drag | Nature::CrossDrag));
     if is_whole(&drag) {
         all.push(Property { name: "drag", relative: true, tied: changing(drag, Event::Share), own: Vec::new() });
     }
+    let scaled = terms(&|term| term.effect.about().id == id::THRUST_INTERACTION_LOSS);
+    let mut thrust: Vec<Member> = scaled.into_iter().map(|k| Member::again(model, k)).collect();
+    thrust.extend(absent(&is_scale));
     if !thrust.is_empty() && thrust.len() == driven.iter().filter(|dof| model.dofs.contains(dof)).count() {
         all.push(Property { name: "thrust", relative: true, tied: thrust, own: Vec::new() });
     }
+    let is_mass = |term: &Term| term.effect.about().id == id::INERTIA && !term.place.here().is_rotation();
+    let mass = terms(&is_mass);
     if is_whole(&mass) {
-        let couplings = absent(&|c| is_coupling(c, model)).into_iter().map(Changing::Candidate);
-        let own = changing(turning, Event::Amount).into_iter().chain(couplings).collect();
+        let is_own = |term: &Term| [id::INERTIA, id::ADDED_MASS_COUPLING].contains(&term.effect.about().id);
+        let own = terms(&|term| is_own(term) && !is_mass(term) && is_changeable(model, term));
+        let mut own = changing(own, Event::Amount);
+        own.extend(absent(&|c| is_coupling(c, model)));
         all.push(Property { name: "mass", relative: false, tied: changing(mass, Event::Amount), own });
     }
     all
@@ -257,16 +245,6 @@ fn is_changeable(model: &Model, term: &Term) -> bool {
     let [p] = term.parameters[..] else { return false };
     let spec = &model.parameters[p].spec;
     spec.is_linear() && !spec.per_run
-}
-
-/// What begins or changes.
-fn what(changing: Changing, list: &[Candidate], model: &Model) -> What {
-    let of = |(effect, place)| What::Effect(effect, place);
-    match changing {
-        Changing::Term(k, event) => What::Term(k, event),
-        Changing::Again(k) => of((model.terms[k].effect.clone(), model.terms[k].place)),
-        Changing::Candidate(k) => of(list[k].terms[0].clone()),
-    }
 }
 
 /// Whether a candidate is a scale of the thrust in one degree of freedom.
@@ -287,6 +265,7 @@ mod tests {
     use super::*;
     use crate::discover::candidates;
     use crate::effects::Coriolis;
+    use crate::model::name_of;
     use crate::run::{Run, Signal};
 
     /// Surge, sway and yaw: all drag changes by one share, also what is fixed; the masses by one number, the moment of inertia and
@@ -308,12 +287,12 @@ mod tests {
         let list = candidates(&model, &[run], &[]);
         let mut list: Vec<Candidate> = list.into_iter().filter(|c| is_scale(c) || is_coupling(c, &model)).collect();
         list.sort_by_key(|c| !c.name().starts_with("thrust_interaction_loss@surge"));
-        let of = |changing: &Changing| match changing {
-            Changing::Term(k, _) | Changing::Again(k) => model.terms[*k].name(),
-            Changing::Candidate(k) => list[*k].name(),
+        let of = |member: &Member| match &member.what {
+            What::Term(k, _) => model.terms[*k].name(),
+            What::Effect(effect, place) => name_of(effect.about().id, *place),
         };
         let held = |property: &Property| {
-            let names = |of_all: &[Changing]| of_all.iter().map(of).collect::<Vec<String>>();
+            let names = |members: &[Member]| members.iter().map(of).collect::<Vec<String>>();
             (property.name, names(&property.tied), names(&property.own))
         };
         let all = properties(&model, &list, &[Dof::Surge, Dof::Sway, Dof::Yaw]);
