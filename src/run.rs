@@ -23,6 +23,11 @@ pub fn thruster_of(channel: &str, letter: &str) -> Option<usize> {
     number.parse().ok()
 }
 
+/// Returns the channel of the command of the thruster with this index, which counts from 0.
+pub fn thruster_command(index: usize) -> String {
+    format!("V{}", index + 1)
+}
+
 /// Angles of fins and speed of a propeller: commands other than forces and thrusters.
 const DEFLECTIONS: [&str; 3] = ["rudder", "stern_plane", "propeller_n"];
 

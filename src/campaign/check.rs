@@ -130,6 +130,9 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
             };
             let mut reports: Vec<CheckReport> = campaign.runs.iter().map(of_run).collect();
             check::together::weigh(&mut reports, &campaign.file.thrusters);
+            let of_fit: Vec<bool> =
+                campaign.runs.iter().map(|run| run.role == Role::Train && moves(run.kind)).collect();
+            check::together::share_excitation(&mut reports, &of_fit);
             for (run, report) in campaign.runs.iter().zip(reports) {
                 let of_reading = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned();
                 let report = report.after_reading(of_reading);

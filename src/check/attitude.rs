@@ -11,24 +11,18 @@
 //! (2.28). In the fit of an angle the integral of its own rate is one column; the contribution of
 //! the other two rates is a second column with its own coefficient.
 
+use super::change::Change;
 use super::codes;
 use super::factor::{Meaning, RATE, meaning};
-use super::fit::{Fit, fit};
-use super::lag::{self, Lag};
+use super::lag;
 use super::report::{Agreement, FaultKind, Found};
-use super::samples::{Samples, windows};
+use super::samples::Samples;
 use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
 
 /// Shortest window, s.
 pub(super) const WINDOW: f64 = 0.5;
-/// Least ratio of the variance of the integrated rate to that of its noise: below it noise would
-/// bias c towards zero.
-pub const CLEAR: f64 = 50.0;
-/// Least share of the motion of the angle that the rate must explain.
-const EXPLAINED: f64 = 0.7;
-
 /// |sin θ| of 60°, from which on rates and Euler angles can hardly be compared.
 const STEEP: f64 = 0.866;
 
@@ -41,42 +35,8 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
     let angle = Samples::of_angle(run.signal(dof.position())?)?;
     let rate = Samples::of(run.signal(dof.velocity())?)?;
     let (own, others) = kinematics(run, dof, &rate);
-    let step = angle.step().max(rate.step());
-    let width = WINDOW.max(2.0 * step);
-    let level = level_windows(run);
-    let still: Vec<_> = windows(&[&angle, &rate], width, 0.0).into_iter().filter(&level).collect();
-    let column = |s: &Samples, w: &[(f64, f64)], late: f64| -> Vec<f64> {
-        w.iter().map(|(a, b)| s.integral(a - late, b - late)).collect()
-    };
-    let at = |w: &[(f64, f64)], late: f64| -> Option<Fit> {
-        let target: Vec<f64> = w.iter().map(|(a, b)| angle.at(*b) - angle.at(*a)).collect();
-        let length: Vec<f64> = w.iter().map(|(a, b)| b - a).collect();
-        let (mine, rest) = (column(&own, w, late), column(&others, w, late));
-        let visible = rest.iter().map(|x| x * x).sum::<f64>() > 1e-4 * mine.iter().map(|x| x * x).sum::<f64>();
-        if visible { fit(&[&mine, &length, &rest], &target) } else { fit(&[&mine, &length], &target) }
-    };
-    if !clear(&column(&own, &still, 0.0), rate.noise() * (rate.step() * width).sqrt()) {
-        return None;
-    }
-    let inner: Vec<_> = windows(&[&angle, &rate], width, lag::REACH).into_iter().filter(&level).collect();
-    // a positive lag of the angle: it shows at t what the rate showed at t − d
-    let lag = lag::least(0.05, |d| at(&inner, d).map(|f| (f.cost, f.rows - f.theta.len())));
-    let best = match lag {
-        Some(Lag { seconds, .. }) if seconds.abs() > 0.5 * step => at(&inner, seconds)?,
-        _ => at(&still, 0.0)?,
-    };
-    let c = best.theta[0];
-    if best.explained < EXPLAINED || c == 0.0 {
-        return None;
-    }
-    Some(Agreement {
-        channel: dof.velocity().to_string(),
-        against: format!("d({})/dt", dof.position()),
-        factor: 1.0 / c,
-        std: best.std[0] / (c * c),
-        angle: None,
-        lag: lag.filter(|l| l.std < 0.2),
-    })
+    let (velocity, position) = ((dof.velocity(), &rate), (dof.position(), &angle));
+    Change { velocity, position, own, others, window: WINDOW }.agreement(level_windows(run))
 }
 
 /// Returns a test whether the pitch stays away from the vertical in and near a window: near it φ
@@ -92,13 +52,6 @@ pub(super) fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
         let mut inside = samples.skip_while(|(t, _)| **t < from).take_while(|(t, _)| **t <= to);
         inside.all(|(_, x)| x.sin().abs() < STEEP)
     }
-}
-
-/// Whether the variance of a column is clearly above that of its noise.
-pub fn clear(column: &[f64], noise: f64) -> bool {
-    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
-    let variance = column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len().max(1) as f64;
-    variance > CLEAR * noise * noise && variance > 0.0
 }
 
 /// Returns the rate of the angle due to its own body rate, and due to the other two, at the
@@ -166,16 +119,7 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
             }
         }
         let slowest = steps(r).max(steps(angle));
-        if let Some(lag) = a.lag.filter(|l| l.is_clear(5.0, (0.75 * slowest).max(0.05))) {
-            let (late, early) = if lag.seconds > 0.0 { (angle, r) } else { (r, angle) };
-            let seconds = lag.seconds.abs();
-            let text = format!(
-                "{late} says {} ± {} s later what {early} says: the latency of its sensor",
-                short(seconds, 3),
-                short(2.0 * lag.std, 2)
-            );
-            found.push(Found::new(&codes::LATENCY, &channels, text).fault(FaultKind::Delay, late, seconds));
-        }
+        found.extend(lag::latency(a.lag, [r, angle], (0.75 * slowest).max(0.05), &channels));
     }
     found
 }

@@ -10,6 +10,10 @@
 
 use serde::Serialize;
 
+use super::codes;
+use super::report::{FaultKind, Found};
+use crate::log::number::short;
+
 /// A lag with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lag {
@@ -53,6 +57,20 @@ pub fn least(step: f64, cost: impl Fn(f64) -> Option<(f64, usize)>) -> Option<La
     let none = costs[half as usize].0;
     let certainty = ((none - lowest).max(0.0) * free.max(1) as f64 / lowest.max(f64::MIN_POSITIVE)).sqrt();
     Some(Lag { seconds: at, std: variance.sqrt(), certainty })
+}
+
+/// Returns the finding that the second of two channels comes later than the first, or earlier, by more than `least` s;
+/// `channels` are those of the finding.
+pub fn latency(lag: Option<Lag>, [first, second]: [&str; 2], least: f64, channels: &[&str]) -> Option<Found> {
+    let lag = lag.filter(|lag| lag.is_clear(5.0, least))?;
+    let (late, early) = if lag.seconds > 0.0 { (second, first) } else { (first, second) };
+    let seconds = lag.seconds.abs();
+    let text = format!(
+        "{late} says {} ± {} s later what {early} says: the latency of its sensor",
+        short(seconds, 3),
+        short(2.0 * lag.std, 2)
+    );
+    Some(Found::new(&codes::LATENCY, channels, text).fault(FaultKind::Delay, late, seconds))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 
 pub mod attitude;
 pub mod balance;
+pub mod change;
 pub mod clock;
 pub mod closed_loop;
 pub mod codes;
@@ -15,6 +16,7 @@ pub mod coming_round;
 pub mod commands;
 pub mod coupling;
 pub mod dead_rate;
+pub mod depth;
 pub mod excitation;
 pub mod factor;
 pub mod feedback;
@@ -22,6 +24,7 @@ pub mod fins;
 pub mod fit;
 pub mod geodetic;
 pub mod lag;
+pub mod limits;
 pub mod motion;
 pub mod options;
 pub mod path;
@@ -53,6 +56,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(rates::judge(&rates));
     found.extend(values::check(run));
     found.extend(motion::judge(run));
+    found.extend(limits::judge(run, &options.thrusters));
     found.extend(closed_loop::judge_modes(run));
     // bad samples must not affect the checks of units, signs, delays and excitation
     let run = &without_bad_samples(run);
@@ -85,6 +89,8 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
         found.push(Found::new(&codes::GUESSED, &names, text));
     }
     agreements.extend(degrees);
+    let sinking = depth::measure(run);
+    agreements.extend(sinking.clone());
 
     let balances: Vec<Balance> = Dof::ALL.into_iter().filter_map(|dof| Balance::new(run, dof)).collect();
     let answers: Vec<(Vec<Answer>, f64)> = balances.iter().map(|b| (commands::measure(b), b.step())).collect();
@@ -93,7 +99,13 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let loops = closed_loop::measure(run);
     let mut closed = closed_loop::judge(&loops);
     closed.extend(feedback::judge(run, &closed));
-    found.extend(signs(run, &answers, &balances, &agreements, &closed, options));
+    let pushed = open_loop_signs(run, &answers, &closed, options);
+    found.extend(signs(run, &pushed, &balances, &agreements));
+    if let Some(sinking) = sinking {
+        let heave: Vec<bool> = pushed.iter().filter(|(a, _)| a.velocity == "w").map(|(_, right)| *right).collect();
+        let right = heave.first().copied().filter(|first| heave.iter().all(|other| other == first));
+        found.extend(depth::judge(&sinking, right, steps));
+    }
     let gains: Vec<fins::Gain> = fins::measure(run).into_iter().filter(|g| !is_closed(&closed, g.channel)).collect();
     found.extend(fins::judge(&gains));
     answers.extend(fins::answers(&gains));
@@ -137,28 +149,32 @@ pub fn placement(run: &Run, dofs: &[Dof]) -> Vec<Finding> {
     let balances: Vec<Balance> = dofs.iter().filter_map(|dof| Balance::new(&sound, *dof)).collect();
     let mut agreements = attitude::measure(&sound);
     agreements.extend(path::measure(&sound, ["x", "y"]).into_iter().flat_map(|path| path.agreements));
-    let holds = |dof: Dof| velocity_sign::holds(&sound, dof, &agreements, &balances);
+    agreements.extend(depth::measure(&sound));
+    let holds = |dof: Dof| velocity_sign::holds(dof, &agreements, &balances);
     commands::judge_placement(&sound, dofs, holds).into_iter().map(|f| in_words(f, &run.name)).collect()
 }
 
-/// Returns findings for commands with a wrong sign, or for the velocities if all thrusters indicate that.
-/// Commands of a controller are skipped: its gain determines the sign of their relation to the motion.
-fn signs(
+/// Returns the answers to commands that no controller moves, and whether each has the right sign: the gain of a controller
+/// determines the sign of the relation between its command and the motion.
+fn open_loop_signs<'a>(
     run: &Run,
-    answers: &[Answer],
-    balances: &[Balance],
-    agreements: &[Agreement],
+    answers: &'a [Answer],
     closed: &[Found],
     options: &CheckOptions,
-) -> Vec<Found> {
+) -> Vec<(&'a Answer, bool)> {
     let mut signs = commands::signs(answers, &options.thrusters);
     signs.retain(|(a, _)| !is_closed(closed, &commands::as_logged(&a.channel, run)) && !is_closed(closed, &a.velocity));
-    let by_dof = commands::by_dof(&signs);
+    signs
+}
+
+/// Returns findings for commands with a wrong sign, or for the velocities if all thrusters indicate that.
+fn signs(run: &Run, signs: &[(&Answer, bool)], balances: &[Balance], agreements: &[Agreement]) -> Vec<Found> {
+    let by_dof = commands::by_dof(signs);
     let has_thrusters = run.signals.keys().any(|name| rates::number_of(name).is_some());
-    let holds = |dof: Dof| velocity_sign::holds(run, dof, agreements, balances);
+    let holds = |dof: Dof| velocity_sign::holds(dof, agreements, balances);
     match velocity_sign::instead(&by_dof, holds).filter(|_| has_thrusters) {
         Some(instead) => vec![velocity_sign::judge(&instead, &by_dof)],
-        None => commands::judge_signs(run, &signs),
+        None => commands::judge_signs(run, signs),
     }
 }
 

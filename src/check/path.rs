@@ -20,7 +20,7 @@
 
 use std::f64::consts::PI;
 
-use super::attitude::clear;
+use super::change::clear;
 use super::codes;
 use super::factor::{Meaning, VELOCITY, meaning};
 use super::fit::{Fit, fit};
@@ -219,6 +219,12 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let lag = lag::least(0.05, |d| {
         fit_armed(&earth, d, &shorter, armed.then_some(factor)).map(|f| (f.cost, f.rows - f.theta.len()))
     });
+    // scales and angles of a position that comes late are those at its lag
+    let step = x.step().max(moving.iter().fold(0.0, |most: f64, (_, s, _)| most.max(s.step())));
+    let late = lag.map(|lag| lag.seconds).filter(|seconds| seconds.abs() > 0.5 * step);
+    let margined = windows(&all, width, lag::REACH);
+    let at_lag = late.and_then(|late| fit_armed(&earth, late, &margined, armed.then_some(factor)));
+    let best = at_lag.unwrap_or(best);
     let agreements = moving.iter().enumerate().map(|(k, (name, ..))| {
         let (g, h) = (best.theta[2 * k], best.theta[2 * k + 1]);
         let size = g.hypot(h);
@@ -295,16 +301,7 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     }
     let Some(a) = path.agreements.first() else { return found };
     let slowest = steps(&a.channel).max(steps(x)).max(steps("psi"));
-    if let Some(lag) = a.lag.filter(|l| l.is_clear(5.0, slowest.max(0.1))) {
-        let (late, early) = if lag.seconds > 0.0 { (x, a.channel.as_str()) } else { (a.channel.as_str(), x) };
-        let seconds = lag.seconds.abs();
-        let text = format!(
-            "{late} says {} ± {} s later what {early} says: the latency of its sensor",
-            short(seconds, 3),
-            short(2.0 * lag.std, 2)
-        );
-        found.push(Found::new(&codes::LATENCY, &[&a.channel, x, y], text).fault(FaultKind::Delay, late, seconds));
-    }
+    found.extend(lag::latency(a.lag, [&a.channel, x], slowest.max(0.1), &[&a.channel, x, y]));
     found
 }
 

@@ -1,8 +1,12 @@
-//! Combined verdict of the logs of one vehicle on the sign of a command or a velocity.
+//! Combined verdict of the logs of one vehicle: on the sign of a command or a velocity, and on what they excite.
 //!
 //! ```text
 //! wrong in all of them:    more logs by which it is wrong than logs by which it is right
+//! excited:                 at least one run of the fit shows inertia and drag of the degree of freedom
 //! ```
+//!
+//! One run for each degree of freedom is how a vehicle is tested (Avila et al., 2013): a run that leaves sway at rest is no
+//! fault if another one moves it.
 //!
 //! A sign depends on the wiring and on the columns of the log, and is therefore the same in all logs;
 //! a log in which a controller moves the rudder, or that shows little, may mislead. Unless more logs
@@ -52,6 +56,26 @@ fn finds_right(report: &CheckReport, column: &str, thrusters: &[Thruster]) -> bo
     of_column.peek().is_some() && of_column.all(|(_, right)| *right)
 }
 
+/// Withdraws each finding of a degree of freedom that a run does not excite, if another run of the fit shows it. `of_fit`:
+/// whether each report is that of a run of the fit.
+pub fn share_excitation(reports: &mut [CheckReport], of_fit: &[bool]) {
+    let of_reports = reports.iter().zip(of_fit).filter(|(_, of_fit)| **of_fit).map(|(report, _)| report);
+    let shown = of_reports.flat_map(|report| &report.excitation).filter(|e| e.enough);
+    let shown: Vec<&str> = shown.map(|e| e.dof.velocity()).collect();
+    let is_shown =
+        |f: &Finding| f.code == codes::EXCITATION.code && f.column.as_deref().is_some_and(|c| shown.contains(&c));
+    for report in reports {
+        let findings = report.findings.len();
+        report.findings.retain(|f| !is_shown(f));
+        if report.findings.len() < findings {
+            for light in report.lights.iter_mut().filter(|l| l.topic == Topic::Excitation) {
+                light.light = Some(Light::Green);
+            }
+            report.light_up();
+        }
+    }
+}
+
 fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
     let is_it = |f: &Finding| f.code == codes::COMMAND_SIGN.code && f.column.as_deref() == Some(column);
     let Some(place) = report.findings.iter().position(is_it) else { return };
@@ -74,6 +98,8 @@ fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
 mod tests {
     use super::*;
     use crate::check::TopicLight;
+    use crate::check::excitation::Excitation;
+    use crate::frame::Dof;
 
     /// A log in which the rudder turns the vehicle the right way (positive gain) or the wrong way.
     fn log(name: &str, gain: f64) -> CheckReport {
@@ -97,6 +123,42 @@ mod tests {
         };
         report.light_up();
         report
+    }
+
+    /// Each run moves one degree of freedom, as in a campaign by the book.
+    #[test]
+    fn what_another_run_of_the_fit_excites_is_no_finding() {
+        let of = |dof: Dof, enough: bool| Excitation {
+            dof,
+            commands: vec![dof.force().into()],
+            signal_to_noise: 10.0,
+            speed: [0.0, 0.1],
+            explained: if enough { 0.9 } else { 0.0 },
+            condition: 3.0,
+            terms: Vec::new(),
+            sentence: format!("{dof}"),
+            enough,
+            hidden_by_noise: false,
+        };
+        let run = |name: &str, surge: bool, sway: bool| {
+            let mut report = log(name, 0.6);
+            report.lights.push(TopicLight { topic: Topic::Excitation, light: Some(Light::Green) });
+            report.excitation = vec![of(Dof::Surge, surge), of(Dof::Sway, sway)];
+            let lacking = report.excitation.iter().filter(|e| !e.enough).map(|e| Finding {
+                column: Some(e.dof.velocity().into()),
+                ..Finding::new(&codes::EXCITATION, e.sentence.clone())
+            });
+            report.findings = lacking.collect();
+            report.light_up();
+            report
+        };
+        let mut reports = [run("a", true, false), run("b", false, true)];
+        assert_eq!(reports.each_ref().map(CheckReport::worst), [Light::Amber, Light::Amber]);
+        share_excitation(&mut reports, &[true, false]);
+        // b takes no part in the fit: nothing there shows sway
+        assert_eq!(reports.each_ref().map(CheckReport::worst), [Light::Amber, Light::Green]);
+        share_excitation(&mut reports, &[true, true]);
+        assert!(reports.iter().all(|r| r.findings.is_empty() && r.worst() == Light::Green), "{reports:?}");
     }
 
     #[test]

@@ -18,19 +18,13 @@
 //!
 //! If one of them confirms the column, the finding is about the thrusters. Source: Fossen (2011), (6.53).
 
-use super::attitude::{CLEAR, level_windows};
 use super::balance::{Balance, Term};
 use super::codes;
-use super::fit::fit;
 use super::report::{Agreement, FaultKind, Found};
-use super::samples::{Samples, windows};
 use crate::frame::Dof;
-use crate::run::Run;
 
-/// Standard deviations from zero at which a Coriolis term or a slope of depth is significant.
+/// Standard deviations from zero at which a Coriolis term is significant.
 const CERTAIN: f64 = 5.0;
-/// Length of a window over which a slope of depth is taken, s.
-const WINDOW: f64 = 1.0;
 
 /// Explanation other than the thrusters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,13 +79,12 @@ pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
     }
 }
 
-/// Whether other channels of a run confirm the sign of the column of this velocity; `agreements`
-/// are those with angles and positions.
-pub fn holds(run: &Run, dof: Dof, agreements: &[Agreement], balances: &[Balance]) -> bool {
+/// Whether other channels confirm the sign of the column of this velocity; `agreements`
+/// are those with angles, positions and depth.
+pub fn holds(dof: Dof, agreements: &[Agreement], balances: &[Balance]) -> bool {
     let compared = |a: &Agreement| a.angle.map_or(a.factor, |angle| a.factor.abs() * angle.cos());
     let agrees = agreements.iter().any(|a| a.channel == dof.velocity() && compared(a) > 0.0);
-    let of_depth = dof == Dof::Heave && by_depth(run).is_some_and(|c| c > 0.0);
-    agrees || of_depth || balances.iter().find(|b| b.dof == dof).and_then(coriolis).is_some_and(|c| c > 0.0)
+    agrees || balances.iter().find(|b| b.dof == dof).and_then(coriolis).is_some_and(|c| c > 0.0)
 }
 
 /// Returns the Coriolis term of a balance, positive if it has the right sign; `None` if it is not
@@ -106,33 +99,6 @@ fn coriolis(balance: &Balance) -> Option<f64> {
     let k = balance.terms.iter().position(|term| *term == Term::Product(of.0, of.1))?;
     let fit = balance.fit(0.0)?;
     (fit.theta[k].abs() > CERTAIN * fit.std[k]).then_some(sign * fit.theta[k])
-}
-
-/// Returns the slope c of the depth over w, Δz = c ∫ w cos φ cos θ dt + …; `None` if it is not significant.
-fn by_depth(run: &Run) -> Option<f64> {
-    let depth = Samples::of(run.signal("z")?)?;
-    let w = Samples::of(run.signal("w")?)?;
-    let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
-    let (phi, theta) = (angle("phi"), angle("theta"));
-    let u = run.signal("u").and_then(Samples::of);
-    let at = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
-    let down = w.map(|t, x| x * at(&phi, t).cos() * at(&theta, t).cos());
-    let ahead = w.map(|t, _| -at(&u, t) * at(&theta, t).sin());
-    let width = WINDOW.max(2.0 * depth.step().max(w.step()));
-    let level = level_windows(run);
-    let windows: Vec<_> = windows(&[&depth, &w], width, 0.0).into_iter().filter(level).collect();
-    let over = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.integral(*a, *b)).collect() };
-    let (own, other) = (over(&down), over(&ahead));
-    let noise = w.noise() * (w.step() * width).sqrt();
-    let size = own.iter().map(|x| x * x).sum::<f64>() / own.len().max(1) as f64;
-    if size <= CLEAR * noise * noise {
-        return None;
-    }
-    let target: Vec<f64> = windows.iter().map(|(a, b)| depth.at(*b) - depth.at(*a)).collect();
-    let length: Vec<f64> = windows.iter().map(|(a, b)| b - a).collect();
-    let pitches = other.iter().map(|x| x * x).sum::<f64>() > 1e-4 * size * own.len() as f64;
-    let found = if pitches { fit(&[&own, &length, &other], &target) } else { fit(&[&own, &length], &target) }?;
-    (found.theta[0].abs() > CERTAIN * found.std[0]).then_some(found.theta[0])
 }
 
 #[cfg(test)]
