@@ -23,11 +23,11 @@ mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::effects::{Instant, Scope, Six};
+use crate::effects::{CommandDelay, Instant, Scope, Six};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::navigation::upright;
-use crate::symbolic::{Expr, Graph, Leaf};
+use crate::symbolic::{Expr, Graph, Lateness, Leaf};
 use crate::units::Dimension;
 
 pub use attitude::{Attitude, turns_freely};
@@ -273,22 +273,41 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         states.splice(0..0, model.dofs.iter().zip(accelerations).map(velocity));
     }
     states.extend(memory);
+    if let Some(pace) = pace(graph, model, &theta, &parameters) {
+        states.iter_mut().for_each(|state| state.rate = pace * state.rate);
+    }
 
     let logged = sense::sense(&at, model, (&theta, &parameters), &remembered, &pose, quaternion.zip(measured));
     Equations { states, logged, waters, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
+/// Seconds of the vehicle in a second of the log, 1/(1 + δ), if the clock of the log drifts.
+fn pace<'g>(
+    graph: &'g Graph,
+    model: &Model,
+    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
+    parameters: &[Expr<'g>],
+) -> Option<Expr<'g>> {
+    let one = graph.constant(1.0);
+    let drifts = model.terms.iter().enumerate().filter_map(|(k, term)| {
+        let Some(CommandDelay::Growing(index)) = term.effect.delays_command() else { return None };
+        let pace = one / (theta(k)[index] + 1.0);
+        Some(term.blend.map_or(pace, |blend| one + parameters[blend] * (pace - one)))
+    });
+    drifts.reduce(|all, one| all * one)
+}
+
 /// The nominal forces in the log, including those of degrees of freedom that are not modelled,
-/// delayed by the parameter `delay` if there is one.
-fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
+/// delayed if they are late.
+fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, late: Option<Lateness>) -> Six<'g> {
     Dof::ALL.map(|dof| {
         if !inputs.available.channels.contains(dof.force()) {
             return graph.zero();
         }
         let input = inputs.index(dof.force());
-        let leaf = match delay {
+        let leaf = match late {
             None => Leaf::Input(input),
-            Some(delay) => Leaf::Delayed { input, delay: delay as u16 },
+            Some(late) => Leaf::Delayed { input, late },
         };
         graph.leaf(leaf, force_dimension(dof))
     })
@@ -340,12 +359,15 @@ fn actuate<'g>(
     };
     let mut terms: Vec<(usize, &Term)> = model.terms.iter().enumerate().collect();
     terms.sort_by_key(|(_, term)| order(term));
+    let mut late = Lateness::default();
     for (k, term) in terms {
         let before = tau;
-        if let Some(index) = term.effect.delays_command() {
-            let delay = term.parameters[index];
-            tau = commands(at.graph, inputs, Some(delay));
-            late_thrusters(&mut at, model, inputs, delay, term.blend.map(|blend| parameters[blend]));
+        if let Some(delay) = term.effect.delays_command() {
+            let later = delay.added_to(late, &term.parameters);
+            tau = commands(at.graph, inputs, Some(later));
+            late_thrusters(&mut at, model, inputs, later, term.blend.map(|blend| parameters[blend]));
+            // what is only blended in delays nothing else
+            late = if term.blend.is_none() { later } else { late };
         }
         let at = &at;
         let states = remember(at, model, k, &theta(k), &before, (&mut *inputs, &mut *memory), true);
@@ -364,13 +386,13 @@ fn late_thrusters<'g>(
     at: &mut Instant<'g>,
     model: &Model,
     inputs: &mut Inputs<'g, '_>,
-    delay: usize,
+    late: Lateness,
     blend: Option<Expr<'g>>,
 ) {
     let single = model.terms.iter().filter(|term| term.effect.about().scope == Scope::Thrusters);
     let channels: BTreeSet<String> = single.flat_map(|term| term.effect.channels(term.place)).collect();
     for name in channels.into_iter().filter(|name| inputs.available.channels.contains(name)) {
-        let leaf = Leaf::Delayed { input: inputs.index(&name), delay: delay as u16 };
+        let leaf = Leaf::Delayed { input: inputs.index(&name), late };
         let (now, late) = (at.channel(&name), at.graph.leaf(leaf, Dimension::ONE));
         at.channels.insert(name, blend.map_or(late, |blend| now + blend * (late - now)));
     }

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use crate::chain::{Available, StateId, assemble};
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::symbolic::{Expr, Graph, Leaf, Plan, derivatives};
+use crate::symbolic::{Expr, Graph, Lateness, Leaf, Plan, derivatives};
 
 /// An entry of a sparse matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,11 +169,11 @@ impl Dynamics {
     /// Model parameters that are delays of inputs: if they change, the inputs have to be read
     /// again.
     pub fn delays(&self) -> BTreeSet<usize> {
-        let delay = |leaf: &Leaf| match leaf {
-            Leaf::Delayed { delay, .. } | Leaf::DelayedRate { delay, .. } => Some(usize::from(*delay)),
+        let late = |leaf: &Leaf| match leaf {
+            Leaf::Delayed { late, .. } | Leaf::DelayedRate { late, .. } => Some(*late),
             _ => None,
         };
-        self.inputs.iter().filter_map(|(leaf, _)| delay(leaf)).collect()
+        self.inputs.iter().filter_map(|(leaf, _)| late(leaf)).flat_map(Lateness::parameters).collect()
     }
 
     /// Index of the first of the four states of the attitude quaternion, if there is one.

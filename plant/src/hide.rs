@@ -24,7 +24,7 @@ use crate::water::{Current, Sea, Wave};
 
 /// What can be hidden that no catalogue has; `power_drag` stands at a degree of freedom, `thruster_failure`
 /// at a thruster.
-pub const OUTSIDE: [&str; 18] = [
+pub const OUTSIDE: [&str; 17] = [
     "power_drag",
     "thrust_hysteresis",
     "drag_step",
@@ -33,7 +33,6 @@ pub const OUTSIDE: [&str; 18] = [
     "tidal_current",
     "ground_effect",
     "swapped_wire",
-    "clock_drift",
     "thrust_ripple",
     "snagging_tether",
     "heading_dependent_current",
@@ -72,8 +71,8 @@ pub struct Setup {
     pub pushes: Vec<[f64; 2]>,
     /// Constant force of each run in a degree of freedom, N or N·m; empty where it is the same in all.
     pub biases: [Vec<f64>; 6],
-    /// Drift and offset, s, of the instruments' clock.
-    pub clock_error: (f64, f64),
+    /// Relative excess of the rate of the instruments' clock, which is right at the beginning of each run.
+    pub clock_drift: f64,
     seed: u64,
 }
 
@@ -134,7 +133,7 @@ pub(crate) fn setup(campaign: &Campaign) -> Result<Setup, PlantError> {
         currents: Vec::new(),
         pushes: Vec::new(),
         biases: std::array::from_fn(|_| Vec::new()),
-        clock_error: (0.0, 0.0),
+        clock_drift: 0.0,
         seed: campaign.seed,
     };
     for row in &campaign.without {
@@ -233,6 +232,7 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
             return refused("it needs thrusters that are commanded one by one");
         }
         ("sensor_delay", Place::Whole) => instruments.iter_mut().for_each(|one| one.latency += 0.4 * size),
+        ("sensor_clock_drift", Place::Whole) => setup.clock_drift = 4e-3 * size,
         ("sensor_dvl_delay", Place::Whole) => {
             instruments.iter_mut().filter(|one| one.has("u")).for_each(|one| one.latency += 0.2 * size);
         }
@@ -291,7 +291,6 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
             };
             wiring.reversed = Some((run, channel));
         }
-        ("clock_drift", Place::Whole) => setup.clock_error = (4e-3 * size, 0.02 * size),
         ("thrust_ripple", Place::Whole) => plant.actuation.ripple = (0.25 * size, 1.7),
         ("snagging_tether", Place::Whole) => plant.outside.push(Outside::SnaggingTether {
             stiffness: 0.3 * size * rated[0],
@@ -376,6 +375,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "sensor_position_delay",
         "sensor_position_lever_arm",
         "sensor_delay",
+        "sensor_clock_drift",
     ]
     .map(String::from)
     .to_vec();

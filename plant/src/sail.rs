@@ -292,12 +292,11 @@ impl Voyage<'_> {
     }
 
     fn logged_samples(&self, one: &Working<'_>) -> Vec<Signal> {
-        let (drift, offset) = self.setup.clock_error;
         let kept: Vec<(usize, f64)> = one
             .stamps
             .iter()
             .enumerate()
-            .map(|(k, t)| (k, t * (1.0 + drift) + offset))
+            .map(|(k, t)| (k, t * (1.0 + self.setup.clock_drift)))
             .filter(|(_, t)| (-1e-9..=self.campaign.duration + 1e-9).contains(t))
             .collect();
         let time: Vec<f64> = kept.iter().map(|(_, t)| t.max(0.0)).collect();

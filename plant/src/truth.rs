@@ -190,6 +190,7 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
         ("sensor_delay", _) => {
             return setup.instruments.first().map(|i| one("T_log", i.latency)).into_iter().collect();
         }
+        ("sensor_clock_drift", _) => return vec![one("delta_clock", setup.clock_drift)],
         ("sensor_dvl_delay", _) => {
             let dvl = setup.instruments.iter().find(|i| i.has("u"));
             return dvl.map(|i| one("T_dvl", i.latency)).into_iter().collect();

@@ -300,10 +300,13 @@ fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> b
     let logs = |run: &Run, name: &str| run.signal(name).is_some_and(|s| !s.is_empty());
     let has = |name: &str| runs.iter().all(|run| logs(run, name));
     let family = effect.about().family;
+    let commanded = || Dof::ALL.iter().any(|dof| has(dof.force()));
     let heard = match (family, place.other.or(place.dof)) {
         // an actuator effect needs a logged force
         (Family::Actuator, Some(dof)) => has(dof.force()),
-        (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
+        (Family::Actuator, None) => commanded(),
+        // a clock that drifts brings the command at another instant
+        (Family::Sensor, _) if effect.delays_command().is_some() => commanded(),
         // a channel that a sensor effect alters must be logged
         (Family::Sensor, _) => alters(effect, place, model).iter().any(|name| runs.iter().any(|run| logs(run, name))),
         _ => true,

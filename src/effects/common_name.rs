@@ -100,6 +100,7 @@ const NAMES: &[(&str, &str)] = &[
     ("sensor_position_lever_arm", "lever arm of the position"),
     ("sensor_position_delay", "latency of the position"),
     ("sensor_delay", "late logging"),
+    ("sensor_clock_drift", "a drifting clock of the sensors"),
 ];
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Instant, Logged, ParameterSpec, Six};
 use crate::frame::Dof;
-use crate::symbolic::Expr;
+use crate::symbolic::{Expr, Lateness};
 
 /// Where on the chain an effect acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -119,6 +119,34 @@ pub struct About<'a> {
     pub shown_by: &'a str,
 }
 
+/// A delay of the whole command, by the index of the effect's parameter that holds it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandDelay {
+    /// By so many seconds.
+    Constant(usize),
+    /// By so many seconds in each second of the run: the clock of the log runs at another rate than that of the commands.
+    Growing(usize),
+}
+
+impl CommandDelay {
+    /// Index of the parameter that holds the delay.
+    pub fn parameter(self) -> usize {
+        match self {
+            CommandDelay::Constant(index) | CommandDelay::Growing(index) => index,
+        }
+    }
+
+    /// The delay of the command with this one added to `late`; `parameters`: indices in the model of the effect's
+    /// parameters.
+    pub fn added_to(self, mut late: Lateness, parameters: &[usize]) -> Lateness {
+        match self {
+            CommandDelay::Constant(index) => late.constant = Some(parameters[index] as u16),
+            CommandDelay::Growing(index) => late.drift = Some(parameters[index] as u16),
+        }
+        late
+    }
+}
+
 /// An effect on the chain command → actuator → body → sensor → log.
 ///
 /// Every hook has an empty default; an effect writes those it needs, as formulas on the symbols of
@@ -223,8 +251,8 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
-    /// Index of the parameter that is the delay of the whole command, for an effect that delays it.
-    fn delays_command(&self) -> Option<usize> {
+    /// How it delays the whole command, for an effect that does.
+    fn delays_command(&self) -> Option<CommandDelay> {
         None
     }
 

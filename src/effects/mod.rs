@@ -47,6 +47,7 @@ mod quadratic_drag;
 mod restoring_force;
 mod restoring_moment;
 mod search;
+mod sensor_clock_drift;
 mod sensor_compass_deviation;
 mod sensor_compass_magnetic;
 mod sensor_delay;
@@ -85,7 +86,7 @@ use std::sync::Arc;
 
 pub use common_name::{common_name, common_name_at, named};
 pub use coriolis::{Coriolis, CoriolisRow, leading_is_all};
-pub use effect::{About, Effect, Family, Place, Scope};
+pub use effect::{About, CommandDelay, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
 pub use look_alikes::separating;
@@ -176,6 +177,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(sensor_position_delay::SensorPositionDelay),
         Arc::new(sensor_position_lever_arm::SensorPositionLeverArm),
         Arc::new(sensor_delay::SensorDelay),
+        Arc::new(sensor_clock_drift::SensorClockDrift),
     ]);
     list
 }

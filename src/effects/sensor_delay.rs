@@ -7,7 +7,7 @@
 //! T: s. A shift of all measurements against the commands is the same as a shift of the commands by
 //! −T: it is written as a delay of the command, and no data can tell the two apart.
 
-use super::{About, Effect, Family, ParameterSpec, Place, Scope};
+use super::{About, CommandDelay, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
 /// Id, as in a campaign file.
@@ -34,7 +34,7 @@ impl Effect for SensorDelay {
         vec![ParameterSpec::shape("T_log", Dimension::TIME, &[0.1, 0.2, 0.4, 0.8, 1.6], -5.0, 10.0)]
     }
 
-    fn delays_command(&self) -> Option<usize> {
-        Some(0)
+    fn delays_command(&self) -> Option<CommandDelay> {
+        Some(CommandDelay::Constant(0))
     }
 }

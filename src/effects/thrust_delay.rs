@@ -7,7 +7,7 @@
 //! T: s. Causes: a bus, a logger, a controller's period. No data can tell it from a delay of all
 //! sensors, or from an offset of the clock of the commands.
 
-use super::{About, Effect, Family, ParameterSpec, Place, Scope};
+use super::{About, CommandDelay, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
 /// Id, as in a campaign file.
@@ -34,7 +34,7 @@ impl Effect for ThrustDelay {
         vec![ParameterSpec::shape("T_delay", Dimension::TIME, &[0.1, 0.2, 0.4, 0.8, 1.6], -5.0, 10.0)]
     }
 
-    fn delays_command(&self) -> Option<usize> {
-        Some(0)
+    fn delays_command(&self) -> Option<CommandDelay> {
+        Some(CommandDelay::Constant(0))
     }
 }

@@ -192,7 +192,7 @@ fn columns<'g>(
     let reads = |p: &usize| {
         let is = |leaf: &Leaf| match *leaf {
             Leaf::Parameter(q) => usize::from(q) == *p,
-            Leaf::Delayed { delay, .. } => usize::from(delay) == *p,
+            Leaf::Delayed { late, .. } => late.parameters().any(|q| q == *p),
             _ => false,
         };
         leaves.iter().any(is)
@@ -238,8 +238,9 @@ fn source(leaf: Leaf, equations: &Equations<'_>) -> Source {
             "t" => Source::Time,
             name => channel(name, None),
         },
-        Leaf::Delayed { input, delay } | Leaf::DelayedRate { input, delay } => {
-            channel(&equations.inputs[usize::from(input)], Some(usize::from(delay)))
+        // a clock that drifts is refused: the balance has no other delay than a constant one
+        Leaf::Delayed { input, late } | Leaf::DelayedRate { input, late, .. } => {
+            channel(&equations.inputs[usize::from(input)], late.constant.map(usize::from))
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use super::edges::{Between, edges, softened};
 use crate::run::{Signal, rounding};
-use crate::symbolic::Leaf;
+use crate::symbolic::{Lateness, Leaf};
 
 /// The source of an input.
 #[derive(Debug, Clone)]
@@ -26,42 +26,74 @@ pub(super) struct Input {
     channel: Channel,
     between: Between,
     rate: bool,
-    delay: Option<usize>,
+    /// Whether the value is multiplied by the time of the run.
+    elapsed: bool,
+    late: Lateness,
+    /// The stamp from which the time of the run counts, s.
+    origin: f64,
     /// Where the command begins and ends an edge, s, before any delay.
     edges: Vec<f64>,
 }
 
+/// The delay of an input for given values of the parameters.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Late {
+    constant: f64,
+    drift: f64,
+    origin: f64,
+}
+
+impl Late {
+    /// The instant of the command that acts at `t`.
+    pub(super) fn before(self, t: f64) -> f64 {
+        t - self.constant - self.drift * (t - self.origin)
+    }
+
+    /// The instant at which a command of `t` acts.
+    fn after(self, t: f64) -> f64 {
+        t + (self.constant + self.drift * (t - self.origin)) / (1.0 - self.drift)
+    }
+}
+
 impl Input {
-    /// The input that `leaf` reads from `channel`. `command`: behaviour between samples, for a
-    /// command; `sought`: its delay is estimated.
-    pub(super) fn new(leaf: Leaf, channel: Channel, command: Option<Between>, sought: bool) -> Input {
+    /// The input that `leaf` reads from `channel` of a run that begins at `origin`. `command`: behaviour between samples,
+    /// for a command; `sought`: its delay is estimated.
+    pub(super) fn new(leaf: Leaf, channel: Channel, origin: f64, command: Option<Between>, sought: bool) -> Input {
         let rate = matches!(leaf, Leaf::Rate(_) | Leaf::DelayedRate { .. });
-        let delay = match leaf {
-            Leaf::Delayed { delay, .. } | Leaf::DelayedRate { delay, .. } => Some(usize::from(delay)),
-            _ => None,
+        let elapsed = matches!(leaf, Leaf::DelayedRate { elapsed: true, .. });
+        let late = match leaf {
+            Leaf::Delayed { late, .. } | Leaf::DelayedRate { late, .. } => late,
+            _ => Lateness::default(),
         };
-        match (channel, command) {
+        let (channel, between, edges) = match (channel, command) {
             (Channel::Samples(signal), Some(between)) if sought => {
                 let (soft, edges) = softened(&signal, between);
-                Input { channel: Channel::Samples(soft), between: Between::Line, rate, delay, edges }
+                (Channel::Samples(soft), Between::Line, edges)
             }
             (Channel::Samples(signal), Some(between)) => {
                 let edges = edges(&signal, between);
-                Input { channel: Channel::Samples(signal), between, rate, delay, edges }
+                (Channel::Samples(signal), between, edges)
             }
-            (channel, _) => Input { channel, between: Between::Line, rate, delay, edges: Vec::new() },
-        }
+            (channel, _) => (channel, Between::Line, Vec::new()),
+        };
+        Input { channel, between, rate, elapsed, late, origin, edges }
     }
 
-    /// Delay of the input for these parameter values, s.
-    pub(super) fn late(&self, theta: &[f64]) -> f64 {
-        self.delay.map_or(0.0, |p| theta[p])
+    /// Delay of the input for these parameter values.
+    pub(super) fn late(&self, theta: &[f64]) -> Late {
+        let [constant, drift] = self.late.values(theta);
+        Late { constant, drift, origin: self.origin }
+    }
+
+    /// Factor of the value that acts at `t`.
+    pub(super) fn weight(&self, t: f64) -> f64 {
+        if self.elapsed { t - self.origin } else { 1.0 }
     }
 
     /// Instants at which the integrator has to stop.
     pub(super) fn stops<'a>(&'a self, theta: &[f64]) -> impl Iterator<Item = f64> + use<'a> {
         let late = self.late(theta);
-        self.edges.iter().map(move |t| t + late)
+        self.edges.iter().map(move |t| late.after(*t))
     }
 
     /// A reader at the beginning of the channel.
@@ -127,7 +159,7 @@ mod tests {
     #[test]
     fn held_inputs_keep_their_sample_to_the_end_of_the_step() {
         let signal = Signal::new(vec![0.0, 0.5, 1.0].into(), vec![1.0, 3.0, 2.0]);
-        let input = |leaf, between| Input::new(leaf, Channel::Samples(signal.clone()), Some(between), false);
+        let input = |leaf, between| Input::new(leaf, Channel::Samples(signal.clone()), 0.0, Some(between), false);
         let input_held = input(Leaf::Input(0), Between::Held);
         let mut held = input_held.reader();
         assert_eq!([held.after(0.0), held.after(0.25), held.before(0.5), held.after(0.5)], [1.0, 1.0, 1.0, 3.0]);
@@ -145,14 +177,32 @@ mod tests {
     #[test]
     fn a_delay_that_is_sought_has_a_slope_at_every_edge() {
         let signal = Signal::new(vec![0.0, 0.5, 1.0].into(), vec![1.0, 3.0, 3.0]);
-        let leaf = Leaf::DelayedRate { input: 0, delay: 1 };
-        let input = Input::new(leaf, Channel::Samples(signal), Some(Between::Held), true);
+        let late = Lateness { constant: Some(1), drift: None };
+        let leaf = Leaf::DelayedRate { input: 0, late, elapsed: false };
+        let input = Input::new(leaf, Channel::Samples(signal), 0.0, Some(Between::Held), true);
         let stops: Vec<f64> = input.stops(&[9.0, 0.3]).collect();
-        assert_eq!((stops.len(), input.late(&[9.0, 0.3])), (2, 0.3));
+        assert_eq!((stops.len(), input.late(&[9.0, 0.3]).before(1.0)), (2, 0.7));
         assert!(stops.iter().all(|t| (t - 0.8).abs() < 1e-3));
         let mut slope = input.reader();
         let pulse = slope.after(0.5);
         assert!((pulse * (stops[1] - stops[0]) - 2.0).abs() < 1e-9, "the pulse is the jump: {pulse}");
         assert_eq!([slope.after(0.2), slope.after(0.7)], [0.0, 0.0]);
+    }
+
+    /// A clock of the sensors that is a tenth fast from 5 s on, and 0.3 s late.
+    #[test]
+    fn a_drifting_clock_brings_a_command_later_and_later() {
+        let signal = Signal::new(vec![5.0, 10.0, 15.0].into(), vec![0.0, 1.0, 3.0]);
+        let late = Lateness { constant: Some(0), drift: Some(1) };
+        let theta = [0.3, 0.1];
+        let command = |leaf| Input::new(leaf, Channel::Samples(signal.clone()), 5.0, Some(Between::Held), false);
+        let input = command(Leaf::Delayed { input: 0, late });
+        let stops: Vec<f64> = input.stops(&theta).collect();
+        // the edge of 10 s acts at t with t − 0.3 − 0.1 (t − 5) = 10
+        assert!((stops[0] - 9.8 / 0.9).abs() < 1e-12, "{stops:?}");
+        let acts = |t: f64| input.reader().after(input.late(&theta).before(t));
+        assert_eq!([acts(stops[0] - 1e-6), acts(stops[0] + 1e-6)], [0.0, 1.0]);
+        let by_drift = command(Leaf::DelayedRate { input: 0, late, elapsed: true });
+        assert_eq!([by_drift.weight(9.0), input.weight(9.0)], [4.0, 1.0]);
     }
 }

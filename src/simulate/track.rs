@@ -120,8 +120,9 @@ impl Track {
     ) -> Result<Track, TrackError> {
         let between = if interpolation == Interpolation::Hold { Between::Held } else { Between::Line };
         let sought = |leaf: Leaf| match leaf {
-            Leaf::Delayed { input, delay } => {
-                dynamics.inputs.iter().any(|(other, _)| *other == Leaf::DelayedRate { input, delay })
+            Leaf::Delayed { input, late } => {
+                let rates = [false, true].map(|elapsed| Leaf::DelayedRate { input, late, elapsed });
+                dynamics.inputs.iter().any(|(other, _)| rates.contains(other))
             }
             leaf => matches!(leaf, Leaf::DelayedRate { .. }),
         };
@@ -131,7 +132,7 @@ impl Track {
                 _ if name == "t" => Channel::Time(run.origin()),
                 _ => return Err(TrackError::MissingChannel { run: run.name.clone(), channel: name.clone() }),
             };
-            Ok(Input::new(*leaf, channel, is_command(name).then_some(between), sought(*leaf)))
+            Ok(Input::new(*leaf, channel, run.origin(), is_command(name).then_some(between), sought(*leaf)))
         };
         let sources = dynamics.inputs.iter().map(source).collect::<Result<Vec<_>, _>>()?;
         let observed: Vec<Option<&Signal>> = dynamics.outputs.iter().map(|name| run.signal(name)).collect();
@@ -231,15 +232,15 @@ impl Track {
         for (slot, source) in self.sources.iter().enumerate() {
             let (mut reader, late) = (source.reader(), source.late(theta));
             for (k, s) in self.substeps.iter().enumerate() {
-                let (begin, end) = (s.time - late, s.time + s.step - late);
+                let (begin, middle, end) = (s.time, s.time + 0.5 * s.step, s.time + s.step);
                 let row = &mut inputs[k * 3 * width..(k + 1) * 3 * width];
-                row[slot] = reader.after(begin);
-                row[width + slot] = reader.after(begin + 0.5 * s.step);
-                row[2 * width + slot] = reader.before(end);
+                row[slot] = reader.after(late.before(begin)) * source.weight(begin);
+                row[width + slot] = reader.after(late.before(middle)) * source.weight(middle);
+                row[2 * width + slot] = reader.before(late.before(end)) * source.weight(end);
             }
             let mut reader = source.reader();
             for (k, t) in self.time.iter().enumerate() {
-                at_grid[k * width + slot] = reader.after(t - late);
+                at_grid[k * width + slot] = reader.after(late.before(*t)) * source.weight(*t);
             }
         }
         self.inputs = inputs;

@@ -37,9 +37,11 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, touched: &[bool], known: &mut HashMap<u32,
     let result = match graph.node_of(of.id) {
         Node::Constant(_) | Node::Quantity(..) => zero,
         Node::Leaf(leaf) if leaf == by => one,
-        Node::Leaf(Leaf::Delayed { input, delay }) if by == Leaf::Parameter(delay) => {
-            let rate = graph.leaf_dimension(Leaf::Delayed { input, delay }).over(Dimension::TIME);
-            -graph.leaf(Leaf::DelayedRate { input, delay }, rate)
+        Node::Leaf(leaf @ Leaf::Delayed { input, late }) => {
+            let elapsed = late.drift.is_some_and(|p| by == Leaf::Parameter(p));
+            let dimension = graph.leaf_dimension(leaf);
+            let dimension = if elapsed { dimension } else { dimension.over(Dimension::TIME) };
+            -graph.leaf(Leaf::DelayedRate { input, late, elapsed }, dimension)
         }
         Node::Leaf(_) => zero,
         Node::Unary(op, a) => {
@@ -92,6 +94,7 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, touched: &[bool], known: &mut HashMap<u32,
 #[cfg(test)]
 mod tests {
     use super::super::Graph;
+    use super::super::graph::Lateness;
     use super::*;
 
     /// Central differences with h = 1e-6 are accurate to about 1e-9 for functions of size 1; 1e-7
@@ -128,9 +131,12 @@ mod tests {
     #[test]
     fn delay_differentiates_to_the_rate() {
         let g = Graph::new();
-        let late = g.leaf(Leaf::Delayed { input: 2, delay: 5 }, Dimension::FORCE);
-        let d = late.derivative(Leaf::Parameter(5));
-        assert_eq!(d.leaves(), [Leaf::DelayedRate { input: 2, delay: 5 }]);
-        assert!(late.derivative(Leaf::Parameter(4)).is_zero());
+        let late = Lateness { constant: Some(5), drift: Some(6) };
+        let delayed = g.leaf(Leaf::Delayed { input: 2, late }, Dimension::FORCE);
+        let by = |parameter: u16| delayed.derivative(Leaf::Parameter(parameter));
+        assert_eq!(by(5).leaves(), [Leaf::DelayedRate { input: 2, late, elapsed: false }]);
+        assert_eq!(by(6).leaves(), [Leaf::DelayedRate { input: 2, late, elapsed: true }]);
+        assert_eq!(by(6).dimension(), Ok(Dimension::FORCE));
+        assert!(by(4).is_zero());
     }
 }

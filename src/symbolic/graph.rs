@@ -17,20 +17,44 @@ pub enum Leaf {
     Input(u16),
     /// Time derivative of a channel, by its interpolation.
     Rate(u16),
-    /// The channel `input` at an instant earlier by the parameter `delay`.
+    /// The channel `input` at an earlier instant.
     Delayed {
         /// Index of the channel.
         input: u16,
-        /// Index of the parameter that holds the delay, s.
-        delay: u16,
+        /// How much earlier.
+        late: Lateness,
     },
-    /// Time derivative of [`Leaf::Delayed`].
+    /// Derivative of [`Leaf::Delayed`] by its constant delay with the opposite sign, which is its time derivative, or by
+    /// its drift: that times the elapsed time.
     DelayedRate {
         /// Index of the channel.
         input: u16,
-        /// Index of the parameter that holds the delay, s.
-        delay: u16,
+        /// How much earlier.
+        late: Lateness,
+        /// Whether it is the derivative by the drift.
+        elapsed: bool,
     },
+}
+
+/// A delay in terms of the parameters of a model: θ[constant] + θ[drift] (t − t₀), s; t₀ is the start of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct Lateness {
+    /// Index of the parameter that holds the constant delay, s.
+    pub constant: Option<u16>,
+    /// Index of the parameter that holds the delay per second of the run.
+    pub drift: Option<u16>,
+}
+
+impl Lateness {
+    /// Constant delay, s, and delay per second of the run for these parameter values.
+    pub fn values(self, theta: &[f64]) -> [f64; 2] {
+        [self.constant, self.drift].map(|index| index.map_or(0.0, |p| theta[usize::from(p)]))
+    }
+
+    /// Indices of its parameters.
+    pub fn parameters(self) -> impl Iterator<Item = usize> {
+        [self.constant, self.drift].into_iter().flatten().map(usize::from)
+    }
 }
 
 impl Leaf {
@@ -185,7 +209,11 @@ impl Graph {
         for node in &store.nodes {
             let here = match *node {
                 Node::Constant(_) | Node::Quantity(..) => false,
-                Node::Leaf(Leaf::Delayed { delay, .. }) if by == Leaf::Parameter(delay) => true,
+                Node::Leaf(Leaf::Delayed { late, .. })
+                    if late.parameters().any(|p| by == Leaf::Parameter(p as u16)) =>
+                {
+                    true
+                }
                 Node::Leaf(leaf) => leaf == by,
                 Node::Unary(_, a) => touched[a as usize],
                 Node::Binary(_, a, b) => touched[a as usize] || touched[b as usize],

@@ -21,5 +21,5 @@ pub use dense::{Dense, Driven};
 pub use derivative::derivatives;
 pub use dimension::DimensionError;
 pub use expr::Expr;
-pub use graph::{Graph, Leaf};
+pub use graph::{Graph, Lateness, Leaf};
 pub use plan::{Bound, Ends, Plan, Registers};

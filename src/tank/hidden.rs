@@ -203,6 +203,7 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "thrust_saturation" => vec![Limit(1.05 * f)],
         "thrust_lag" => vec![Strength(0.5)],
         "thrust_delay" | "sensor_delay" => vec![Strength(0.4)],
+        "sensor_clock_drift" => vec![Strength(4e-3)],
         "sensor_dvl_delay" => vec![Strength(0.2)],
         "sensor_gyro_lag" => vec![Strength(0.3)],
         "sensor_position_delay" => vec![Strength(1.0)],

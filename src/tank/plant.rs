@@ -157,13 +157,15 @@ impl<'a> Plant<'a> {
     /// Inputs at `t`; at a jump those on the side of `within`.
     fn inputs(&self, t: f64, within: f64) -> Vec<f64> {
         let read = |(leaf, name): &(Leaf, String)| {
-            let (slope, late) = match *leaf {
-                Leaf::Delayed { delay, .. } => (false, self.theta[usize::from(delay)]),
-                Leaf::DelayedRate { delay, .. } => (true, self.theta[usize::from(delay)]),
-                Leaf::Rate(_) => (true, 0.0),
-                _ => (false, 0.0),
+            let (slope, [late, drift]) = match *leaf {
+                Leaf::Delayed { late, .. } => (false, late.values(&self.theta)),
+                Leaf::DelayedRate { late, .. } => (true, late.values(&self.theta)),
+                Leaf::Rate(_) => (true, [0.0; 2]),
+                _ => (false, [0.0; 2]),
             };
-            let (t, within) = (t - late, within - late);
+            // the tank's runs begin at 0
+            let earlier = |t: f64| t - late - drift * t;
+            let (t, within) = (earlier(t), earlier(within));
             let force = crate::frame::Dof::ALL.iter().position(|dof| dof.force() == name);
             let both = match (force, self.channels.get(name)) {
                 (Some(dof), _) => self.commands.read(dof, t, within),

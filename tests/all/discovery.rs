@@ -113,6 +113,16 @@ fn blind_a_late_thrust_of_held_commands_is_named() {
     assert!((delay.value - truth).abs() < 4.0 * delay.std, "{delay:?}, true {truth}");
 }
 
+/// A clock of the sensors that gains 4 ms a second on that of the commands is named with its rate, and as nothing else: not
+/// as a delay of the thrust, nor as scales of gyro and DVL, which it is in part.
+#[test]
+fn blind_a_drifting_clock_is_named() {
+    let found = answer("drifting_clock", &sea("laurs", 0.02, &["sensor_clock_drift"], 209));
+    assert_eq!((names(&found), found.verdict), (vec!["sensor_clock_drift"], Verdict::Explained), "{}", found.sentence);
+    let drift = &found.effects[0].parameters[0];
+    assert!((drift.value - 4e-3).abs() < 4.0 * drift.std && drift.std < 4e-4, "{drift:?}");
+}
+
 /// A gyro behind a low pass is named, its time constant within five deviations; the fit of such a log says that it
 /// contradicts itself.
 #[test]

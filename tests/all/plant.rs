@@ -148,6 +148,7 @@ fn exact_effects_of_the_catalogue_come_back() {
         "earth_force",
         "tether_spring",
         "sensor_dvl_lever_arm",
+        "sensor_clock_drift",
     ];
     for name in names {
         let mut sea = sea("laurs", &Dof::PLANE);
