@@ -28,6 +28,11 @@ pub fn thruster_command(index: usize) -> String {
     format!("V{}", index + 1)
 }
 
+/// Returns the channel of the nominal force of the thruster with this index, which counts from 0.
+pub fn thruster_force(index: usize) -> String {
+    format!("F{}", index + 1)
+}
+
 /// Angles of fins and speed of a propeller: commands other than forces and thrusters.
 const DEFLECTIONS: [&str; 3] = ["rudder", "stern_plane", "propeller_n"];
 

@@ -153,6 +153,7 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
                 .filter(|f| f.code == check::codes::AT_REST.code)
                 .filter_map(|f| f.run.clone())
                 .collect();
+            check.warnings.extend(wiring(&campaign, &check.warnings));
             check.warnings.extend(never_shown(&campaign, &check.logs, &resting));
         }
         Err(error) if error.is_wrong_use() => return Err(error),
@@ -203,6 +204,17 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let placed = unsteered.filter(|dof| !logged.signals.contains_key(dof.force()));
     let placed: Vec<Dof> = placed.collect();
     report.with(if told { Vec::new() } else { check::placement(run, &placed) })
+}
+
+/// Returns the finding of a thruster that is reversed, or of two that are exchanged, unless a wrong sign is found already.
+fn wiring(campaign: &Campaign, found: &[Finding]) -> Option<Finding> {
+    if found.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code || f.code == check::codes::SIGN.code) {
+        return None;
+    }
+    let runs = campaign.motion(Some(Role::Train));
+    let found = check::wiring::judge(&runs.iter().collect::<Vec<_>>(), &driven(campaign), &campaign.file.thrusters)?;
+    let column = found.channels.first().cloned();
+    Some(Finding { column, ..Finding::new(found.code, found.text) })
 }
 
 /// Returns the modelled degrees of freedom that have a command. The others cannot be excited,
@@ -292,9 +304,5 @@ impl Check {
 }
 
 fn light(findings: &[Finding]) -> Light {
-    match findings.iter().map(|f| f.severity).max() {
-        Some(Severity::Error) => Light::Red,
-        Some(Severity::Warning) => Light::Amber,
-        _ => Light::Green,
-    }
+    findings.iter().map(check::light_of).max().unwrap_or(Light::Green)
 }

@@ -31,8 +31,7 @@ use crate::discover::LogFinding;
 use crate::effects::{Effect, Place, catalogue};
 use crate::frame::Dof;
 use crate::model::{Model, places_of};
-use crate::procedure::thruster_force;
-use crate::run::{Role, Run, Signal, is_command};
+use crate::run::{Role, Run, Signal, is_command, thruster_force};
 use crate::symbolic::Graph;
 
 /// Ratio from which a factor counts as a wrong unit: a factor nearer to 1 may be an effect and is

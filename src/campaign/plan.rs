@@ -20,7 +20,7 @@ use crate::plan::{
     Course, GridOptions, Instruments, Manoeuvre, PlanOptions, Proposal, Push, Rehearsal, RehearsedParameter, codes,
     predict, propose,
 };
-use crate::run::{Run, RunKind, Signal};
+use crate::run::{Run, RunKind, Signal, thruster_command};
 use crate::thrust::allocation::Allocation;
 use crate::thrust::thruster::Thruster;
 
@@ -252,7 +252,7 @@ fn commands(run: &Run, thrusters: &[Thruster]) -> (Run, f64) {
         }
     }
     for (k, values) in volts.into_iter().enumerate() {
-        told.signals.insert(format!("V{}", k + 1), Signal::new(time.clone(), values));
+        told.signals.insert(thruster_command(k), Signal::new(time.clone(), values));
     }
     (told, part)
 }

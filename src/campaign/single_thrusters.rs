@@ -13,7 +13,8 @@ use std::sync::Arc;
 use super::file::CampaignFile;
 use crate::effects::{Effect, Place, SingleThruster, ThrusterAdvanceLoss, ThrusterLoss, ThrusterSwap};
 use crate::frame::Dof;
-use crate::procedure::{acting_thruster_force, thruster_force};
+use crate::procedure::acting_thruster_force;
+use crate::run::thruster_force;
 use crate::thrust::thruster::Thruster;
 
 /// An effect with its place, as the discovery tries it.

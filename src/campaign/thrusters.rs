@@ -19,7 +19,7 @@ use super::file::CampaignFile;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log;
-use crate::run::{Run, Signal, thruster_of};
+use crate::run::{Run, Signal, thruster_command, thruster_of};
 use crate::thrust::bollard::{Bollard, CurveOptions, DeadBand};
 use crate::thrust::curve::Supply;
 use crate::thrust::fit::{DirectionFit, Estimate, fit_curve};
@@ -138,7 +138,7 @@ fn rows_of(
     let has = |name: &str| run.signal(name).filter(|s| !s.is_empty());
     let commands: Vec<&str> =
         run.signals.keys().map(String::as_str).filter(|name| thruster_of(name, "V").is_some()).collect();
-    let own = format!("V{}", k + 1);
+    let own = thruster_command(k);
     let column = match (&table.command, commands.as_slice()) {
         (Some(named), _) => named.as_str(),
         (None, [only]) => only,

@@ -20,7 +20,7 @@ use super::pose_velocity::velocity;
 use super::rates::number_of;
 use super::samples::{Samples, windows};
 use crate::frame::Dof;
-use crate::run::Run;
+use crate::run::{Run, thruster_force};
 
 /// Shortest window, s.
 pub const WINDOW: f64 = 0.5;
@@ -261,6 +261,28 @@ impl Balance {
     /// Whether command `k` stands for others that always vary with it: its gain is that of all of them.
     pub fn is_joined(&self, k: usize) -> bool {
         self.together[k]
+    }
+
+    /// Terms other than the commands.
+    pub fn other_terms(&self) -> &[Term] {
+        &self.terms[self.commands.len()..]
+    }
+
+    /// Their columns.
+    pub fn other_columns(&self) -> &[Vec<f64>] {
+        &self.others
+    }
+
+    /// Changes of velocity, one a window.
+    pub fn target(&self) -> &[f64] {
+        &self.target
+    }
+
+    /// Integrals over the windows of the force of the thruster with this index, which counts from 0; `None` if `run` does
+    /// not hold it.
+    pub fn impulse(&self, run: &Run, index: usize) -> Option<Vec<f64>> {
+        let signal = run.signal(&thruster_force(index))?;
+        Some(self.late(&Samples::new(signal.time().to_vec(), signal.values().to_vec())?, 0.0))
     }
 
     /// Channels of the commands.

@@ -36,6 +36,7 @@ pub mod smoothed;
 pub mod together;
 pub mod values;
 pub mod velocity_sign;
+pub mod wiring;
 
 pub use options::{CheckOptions, Geodetic};
 pub use report::{Agreement, Answer, CheckReport, FaultKind, Found, Light, LogFault, Topic, TopicLight};
@@ -228,6 +229,11 @@ fn in_words(found: Found, run: &str) -> Finding {
     let message = if run.is_empty() { found.text } else { format!("{run}: {}", found.text) };
     let finding = Finding { column, ..Finding::new(found.code, message) };
     if run.is_empty() { finding } else { finding.of_run(run) }
+}
+
+/// Light of any finding.
+pub fn light_of(finding: &Finding) -> Light {
+    place(finding).1
 }
 
 /// Topic and light of any finding, of this module or of reading.

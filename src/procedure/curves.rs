@@ -1,7 +1,7 @@
 //! Runs with the forces that other coefficients of a measured thruster curve would give.
 
-use super::effective_thrust::{acting_forces, thruster_force};
-use crate::run::{Run, Signal};
+use super::effective_thrust::acting_forces;
+use crate::run::{Run, Signal, thruster_command, thruster_force};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::{MeasuredCurve, Moves, reshaped};
 use crate::thrust::thruster::Thruster;
@@ -14,7 +14,7 @@ pub fn with_curve_moved(run: &Run, thrusters: &[Thruster], measured: &MeasuredCu
     let volts = run.supply_voltage();
     for k in &measured.thrusters {
         let name = thruster_force(*k);
-        let (Some(force), true) = (run.signal(&name), run.signal(&format!("V{}", k + 1)).is_some()) else { continue };
+        let (Some(force), true) = (run.signal(&name), run.signal(&thruster_command(k)).is_some()) else { continue };
         let curve = thrusters[*k].curve();
         let moved = force.time().iter().zip(force.values());
         let moved = moved.map(|(t, f)| reshaped(&curve, by, *f, volts.map(|v| v.at(*t)))).collect::<Vec<_>>();

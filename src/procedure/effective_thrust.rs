@@ -15,15 +15,10 @@ use nalgebra::Vector6;
 use super::codes;
 use crate::finding::Finding;
 use crate::frame::Dof;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, thruster_force};
 use crate::thrust::advance::Coverage;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
-
-/// Name of the channel with the nominal force of thruster `k`, counted from 0.
-pub fn thruster_force(k: usize) -> String {
-    format!("F{}", k + 1)
-}
 
 /// Name of the channel with the force of thruster `k` after the loss by advance, if there is one.
 pub fn acting_thruster_force(k: usize) -> String {

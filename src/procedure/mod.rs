@@ -40,7 +40,7 @@ use self::bench::{of_kind, parameters_at, parameters_of};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
 pub use self::drag::{steady_means, towed};
-pub use self::effective_thrust::{acting_forces, acting_thruster_force, thruster_force};
+pub use self::effective_thrust::{acting_forces, acting_thruster_force};
 pub use self::error::ProcedureError;
 use self::inertia::Kind;
 pub use self::numbers::FlowNumbers;

@@ -8,7 +8,7 @@
 use super::super::load::{Campaign, moves, with_nominal_forces};
 use crate::noise::Noise;
 use crate::procedure::{acting_forces, with_curve_moved};
-use crate::run::Run;
+use crate::run::{Run, thruster_command};
 use crate::thrust::measured::{MeasuredCurve, Moves};
 
 /// Derivatives of the estimates with respect to the coefficients of one curve: number of the
@@ -35,7 +35,7 @@ pub(in crate::campaign) fn slopes<'a, E>(
     moved: impl Fn(&[Run]) -> Result<Vec<f64>, E>,
 ) -> Result<Vec<Slopes<'a>>, E> {
     let commanded = |curve: &&MeasuredCurve| {
-        runs.iter().any(|run| curve.thrusters.iter().any(|k| run.signal(&format!("V{}", k + 1)).is_some()))
+        runs.iter().any(|run| curve.thrusters.iter().any(|k| run.signal(&thruster_command(*k)).is_some()))
     };
     let mut all = Vec::new();
     for curve in campaign.curves.iter().filter(commanded) {

@@ -1,0 +1,172 @@
+//! Wiring of the thrusters: whether one of them is reversed, or two are exchanged.
+//!
+//! ```text
+//! ν(b) − ν(a) = g Σ bₖ ∫ Fₖ dt + other terms        reversed k: bₖ → −bₖ,   exchanged j, k: bⱼ ↔ bₖ
+//! ```
+//!
+//! for each degree of freedom, over the windows of all runs of the fit together; bₖ is the force or moment of thruster k
+//! per N, g one gain for all of them, the other terms are those of a [`Balance`]. Thrusters that always push together
+//! in one run, as four vertical ones in heave, do so in another pattern in the next one. A wiring is told if with it the
+//! thrusters explain far more of at least one degree of freedom, and less of none.
+
+use super::balance::{Balance, Term};
+use super::codes;
+use super::fit::fit;
+use super::report::Found;
+use crate::frame::Dof;
+use crate::log::number::short;
+use crate::run::{Run, thruster_command};
+use crate::thrust::thruster::Thruster;
+
+/// Least share of the motion in a degree of freedom that the thrusters must explain more of if wired otherwise.
+const MORE: f64 = 0.3;
+/// Largest share of the motion in any degree of freedom that they may then explain less of.
+const LESS: f64 = 0.02;
+/// Least share of the motion that they must then explain where they explain far more.
+const WELL: f64 = 0.7;
+/// Difference in the sum of the shares over the degrees of freedom below which two wirings are not told apart.
+const ALIKE: f64 = 0.05;
+
+/// Another wiring of the thrusters, by index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wiring {
+    AsGiven,
+    Reversed(usize),
+    Exchanged(usize, usize),
+}
+
+impl Wiring {
+    /// All of `count` thrusters.
+    fn all(count: usize) -> Vec<Wiring> {
+        let reversed = (0..count).map(Wiring::Reversed);
+        let exchanged = (0..count).flat_map(|j| (j + 1..count).map(move |k| Wiring::Exchanged(j, k)));
+        reversed.chain(exchanged).collect()
+    }
+
+    /// The shares of the forces with this wiring.
+    fn of(self, given: &[f64]) -> Vec<f64> {
+        let mut shares = given.to_vec();
+        match self {
+            Wiring::AsGiven => {}
+            Wiring::Reversed(k) => shares[k] = -shares[k],
+            Wiring::Exchanged(j, k) => shares.swap(j, k),
+        }
+        shares
+    }
+
+    fn channels(self) -> Vec<String> {
+        match self {
+            Wiring::AsGiven => Vec::new(),
+            Wiring::Reversed(k) => vec![thruster_command(k)],
+            Wiring::Exchanged(j, k) => vec![thruster_command(j), thruster_command(k)],
+        }
+    }
+
+    fn told(self) -> String {
+        match self.channels().as_slice() {
+            [one] => format!("{one} reversed"),
+            [one, other] => format!("{one} and {other} exchanged"),
+            _ => String::new(),
+        }
+    }
+}
+
+/// The windows of one degree of freedom in all runs.
+struct Rows {
+    dof: Dof,
+    /// Share of each thruster's force, as given.
+    shares: Vec<f64>,
+    /// Impulse of each thruster.
+    impulses: Vec<Vec<f64>>,
+    others: Vec<Vec<f64>>,
+    target: Vec<f64>,
+}
+
+impl Rows {
+    /// The windows of the runs whose thrusters push `dof`; `None` without any.
+    fn of(runs: &[&Run], dof: Dof, thrusters: &[Thruster]) -> Option<Rows> {
+        let shares: Vec<f64> = thrusters.iter().map(|thruster| thruster.unit_wrench()[dof.index()]).collect();
+        let balances: Vec<(Balance, Vec<Vec<f64>>)> = runs
+            .iter()
+            .filter_map(|run| {
+                let balance = Balance::new(run, dof)?;
+                let impulses = (0..thrusters.len()).map(|k| balance.impulse(run, k)).collect::<Option<Vec<_>>>()?;
+                Some((balance, impulses))
+            })
+            .collect();
+        let mut terms: Vec<&Term> = Vec::new();
+        for (balance, _) in &balances {
+            terms.extend(balance.other_terms().iter().filter(|term| !terms.contains(term)).collect::<Vec<_>>());
+        }
+        let mut rows = Rows {
+            dof,
+            shares,
+            impulses: vec![Vec::new(); thrusters.len()],
+            others: vec![Vec::new(); terms.len()],
+            target: Vec::new(),
+        };
+        for (balance, impulses) in &balances {
+            rows.impulses.iter_mut().zip(impulses).for_each(|(all, own)| all.extend(own));
+            for (all, term) in rows.others.iter_mut().zip(&terms) {
+                let own = balance.other_terms().iter().position(|other| other == *term);
+                match own {
+                    Some(k) => all.extend(&balance.other_columns()[k]),
+                    // what does not move in a run adds nothing there
+                    None => all.extend(std::iter::repeat_n(0.0, balance.target().len())),
+                }
+            }
+            rows.target.extend(balance.target());
+        }
+        (!rows.target.is_empty()).then_some(rows)
+    }
+
+    /// Share of the changes of velocity, after the other terms, that the thrusters explain with this wiring and the right
+    /// sign; `None` if it cannot be computed.
+    fn explained(&self, wiring: Wiring) -> Option<f64> {
+        let shares = wiring.of(&self.shares);
+        let push = |k: usize| self.impulses.iter().zip(&shares).map(|(impulse, share)| share * impulse[k]).sum();
+        let commands: Vec<f64> = (0..self.target.len()).map(push).collect();
+        let others: Vec<&[f64]> = self.others.iter().map(Vec::as_slice).collect();
+        let without = fit(&others, &self.target)?.cost;
+        let all: Vec<&[f64]> = std::iter::once(commands.as_slice()).chain(others).collect();
+        let with = fit(&all, &self.target)?;
+        Some(if with.theta[0] > 0.0 && without > 0.0 { 1.0 - with.cost / without } else { 0.0 })
+    }
+}
+
+/// Returns the finding of a thruster that is reversed, or of two that are exchanged, if the runs of the fit show it. `runs`
+/// hold the forces of the thrusters and the totals of these; `dofs` are those of the model.
+pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Found> {
+    if thrusters.iter().any(|thruster| thruster.validate().is_err()) {
+        return None;
+    }
+    let rows: Vec<Rows> = dofs.iter().filter_map(|dof| Rows::of(runs, *dof, thrusters)).collect();
+    let explained = |wiring: Wiring| rows.iter().map(|rows| rows.explained(wiring)).collect::<Option<Vec<f64>>>();
+    let given = explained(Wiring::AsGiven)?;
+    let better = |shares: &Vec<f64>| {
+        let pairs = || shares.iter().zip(&given);
+        pairs().all(|(other, given)| *other > given - LESS)
+            && pairs().any(|(other, given)| *other > given + MORE && *other > WELL)
+    };
+    let wirings = Wiring::all(thrusters.len()).into_iter();
+    let fitted = wirings.filter_map(|wiring| Some((wiring, explained(wiring).filter(better)?)));
+    let total = |shares: &[f64]| shares.iter().sum::<f64>();
+    let mut fitted: Vec<(Wiring, Vec<f64>)> = fitted.collect();
+    fitted.sort_by(|a, b| total(&b.1).total_cmp(&total(&a.1)));
+    let (_, best) = fitted.first()?;
+    let alike: Vec<Wiring> =
+        fitted.iter().filter(|(_, shares)| total(shares) > total(best) - ALIKE).map(|(wiring, _)| *wiring).collect();
+    let changed = rows.iter().zip(best).zip(&given).filter(|((_, best), given)| **best > **given + MORE);
+    let told = changed.map(|((rows, best), given)| {
+        format!("{} % of {} instead of {} %", short(100.0 * best, 2), rows.dof, short(100.0 * given, 2))
+    });
+    let told: Vec<String> = told.collect();
+    let text = format!(
+        "with {} the thrusters explain {}: {}",
+        alike.iter().map(|wiring| wiring.told()).collect::<Vec<_>>().join(", or "),
+        told.join(", "),
+        "mend the [[thruster]] table (turn its axis), set sign = -1 of the column, or exchange the two columns"
+    );
+    let channels: Vec<String> = if let [one] = alike[..] { one.channels() } else { Vec::new() };
+    Some(Found::new(&codes::COMMAND_SIGN, &channels.iter().map(String::as_str).collect::<Vec<_>>(), text))
+}
