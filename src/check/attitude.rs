@@ -161,7 +161,8 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
                 found.push(Found::new(&codes::UNIT, &channels, text).fault(FaultKind::Unit, r, factor));
             }
             Meaning::Scale => {
-                let text = format!("{r} is {rate} times {}: a scale that is no unit's", a.against);
+                let text =
+                    format!("{r} is {rate} times {}: no unit explains this factor; check the calibration", a.against);
                 found.push(Found::new(&codes::SCALE, &channels, text).fault(FaultKind::Unit, r, a.factor));
             }
         }
@@ -170,7 +171,7 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
             let (late, early) = if lag.seconds > 0.0 { (angle, r) } else { (r, angle) };
             let seconds = lag.seconds.abs();
             let text = format!(
-                "{late} says {} ± {} s later what {early} says: the latency of its sensor",
+                "{late} lags {early} by {} ± {} s: latency of its sensor or its time stamps",
                 short(seconds, 3),
                 short(2.0 * lag.std, 2)
             );

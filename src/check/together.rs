@@ -56,8 +56,8 @@ fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
     let is_it = |f: &Finding| f.code == codes::COMMAND_SIGN.code && f.column.as_deref() == Some(column);
     let Some(place) = report.findings.iter().position(is_it) else { return };
     let text = format!(
-        "{}: by this log {column} acts the wrong way, by {} the right way: look whether a controller moved it here, or its column was \
-         turned in this log; there is no sign to set for all",
+        "{}: in this log {column} acts the wrong way, in {} the right way: check whether a controller moved it here, \
+         or its column has the opposite sign in this log; no one sign is right for all",
         report.run,
         right.join(", ")
     );
