@@ -249,7 +249,7 @@ fn formats_are_known_by_their_first_bytes_in_every_verb() {
         ("dive.csv", &b"\xa3\x95\x80\x80YFMT\0\x01\x02"[..], "ArduPilot DataFlash log"),
         ("a.dat", b"ULog\x01\x12\x35\x01\0\0", "PX4 ULog"),
         ("b.csv", b"PAR1\x15\0\x15", "Parquet file"),
-        ("zeros.BIN", &unknown, "no text, and its first bytes are those of no log"),
+        ("zeros.BIN", &unknown, "not text, and its first bytes are not those of a known log format"),
     ] {
         let log = folder.path(name);
         fs::write(&log, bytes).expect("a file can be written");

@@ -115,7 +115,7 @@ class ColumnMap:
         earth = next((frame for frame in frames.values() if frame in EARTH), None)
         other = next((name for name in EARTH_VELOCITIES if frames.get(name) != earth), None)
         if earth is not None and other is not None:
-            text = "velocities along earth axes are turned together: say the same frame for u, v and w"
+            text = "velocities along earth axes are rotated together: give the same frame for u, v and w"
             raise UsageError(f"{where}: columns.{other}: {text}")
         return earth
 

@@ -38,7 +38,7 @@ def source_of(
     if given is not None and given.name not in plain:
         raise UsageError(f"{name}: columns.t = {given.name!r} is not there; there are {', '.join(plain)}")
     if given is not None and (given.scale, given.sign) != (1.0, 1):
-        raise UsageError(f"{name}: columns.t: time takes a unit (s, ms, us, ns), no scale and no sign")
+        raise UsageError(f"{name}: columns.t: time accepts a unit (s, ms, us, ns), but no scale and no sign")
     timeless = [n for n, c in columns.columns.items() if n != "t" and c.time is None]
     if given is None and (timeless or not columns.columns):
         there = ", ".join(plain) or "no column of numbers"
