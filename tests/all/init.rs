@@ -237,7 +237,7 @@ fn a_log_that_is_not_read_is_told() {
     );
     let output = run(&["fit", &log]);
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("this is an ArduPilot DataFlash log, and a campaign file is wanted"), "{told}");
+    assert!(told.contains("this is an ArduPilot DataFlash log, not a campaign file"), "{told}");
 }
 
 /// Every verb recognises a log in another format by its first bytes, and a CSV file under any name.
