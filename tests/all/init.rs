@@ -232,7 +232,7 @@ fn a_log_that_is_not_read_is_told() {
     assert!(told.contains("no log could be read") && !told.contains("hydrosysid check"), "{told}");
     let campaign = fs::read_to_string(folder.path("made/campaign.toml")).expect("it is written");
     assert!(
-        campaign.contains("# guessed: no log could be read: these stand here as an example\ndofs = "),
+        campaign.contains("# guessed: no log could be read: these are listed as an example\ndofs = "),
         "{campaign}"
     );
     let output = run(&["fit", &log]);
@@ -366,7 +366,7 @@ fn published_parameters_are_priors_that_load() {
     succeeds(&["init", &log, "--vehicle", "bluerov2-heavy", "-o", &place]);
     let file = Path::new(&place).join("campaign.toml");
     let campaign = fs::read_to_string(&file).expect("it was written");
-    let from = campaign.find("as priors: take the marks off").expect("priors");
+    let from = campaign.find("as priors: uncomment").expect("priors");
     let until = campaign[from..].find("[[run]]").expect("runs") + from;
     let bare: String = campaign[from..until]
         .lines()
