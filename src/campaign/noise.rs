@@ -36,7 +36,7 @@ impl Noise {
     /// Describes the random force in a sentence.
     pub fn sentence(&self) -> String {
         match &self.force[..] {
-            [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
+            [] => "No random force is found: the model leaves only sensor noise.".into(),
             forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
         }
     }
