@@ -78,7 +78,7 @@ pub fn regressors<'py>(
     let runs = to_runs(py, &runs)?;
     let known = |name: &str| {
         Dof::from_name(name).ok_or_else(|| {
-            error::usage(py, &format!("`{name}` is no degree of freedom: surge, sway, heave, roll, pitch or yaw"))
+            error::usage(py, &format!("`{name}` is not a degree of freedom: surge, sway, heave, roll, pitch or yaw"))
         })
     };
     let dof = known(dof)?;

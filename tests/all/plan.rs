@@ -120,7 +120,7 @@ fn little_room_leaves_long_ways_out() {
     let limits = BTreeMap::from([(Dof::Surge, 335.0)]);
     let ahead = PlanOptions { room: Some(0.01), limits, ..options() };
     let none = propose(&course, &wishes(&course.model, 0.05), &ahead);
-    assert!(none.expect_err("no room at all").to_string().contains("candidate runs can be sailed"));
+    assert!(none.expect_err("no room at all").to_string().contains("candidate runs can be carried out"));
 }
 
 #[test]
