@@ -193,7 +193,7 @@ def test_a_field_that_somebody_says_wins(tmp_path: Path) -> None:
     assert set(run["r"][1].tolist()) == {0.0}
     assert set(run["beat"][1].tolist()) == {2.0, 19.0}
     text = (place / "campaign.toml").read_text(encoding="utf-8")
-    assert "HEARTBEAT[255.190]: " in text[text.index("# Not placed") :]
+    assert "HEARTBEAT[255.190]: " in text[text.index("# Not recognised") :]
     words = ["init", str(tmp_path / "dive.tlog"), "-o", str(tmp_path / "other"), "--log", 'columns.r = "GYRO:z"']
     assert run_with(words) == 2
 

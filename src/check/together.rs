@@ -104,7 +104,7 @@ mod tests {
         let mut logs = [log("a", 0.6), log("b", 0.6), log("c", -1.0)];
         weigh(&mut logs, &[]);
         assert_eq!(logs[2].findings[0].code, codes::SIGN_DISAGREES.code);
-        assert!(logs[2].findings[0].message.contains("by a, b the right way"), "{}", logs[2].findings[0].message);
+        assert!(logs[2].findings[0].message.contains("in a, b the right way"), "{}", logs[2].findings[0].message);
         assert_eq!(logs[2].worst(), Light::Amber);
         let mut turned = [log("a", 0.6), log("b", -0.6), log("c", -1.0)];
         weigh(&mut turned, &[]);

@@ -191,7 +191,7 @@ mod tests {
     fn what_commands_do_not_move_is_to_be_driven() {
         assert_eq!(driven(&[]), None);
         let told = driven(&[Dof::Surge, Dof::Yaw]).unwrap();
-        assert!(told.starts_with("Drive surge, yaw by commands") && !told.contains("  "), "{told}");
+        assert!(told.starts_with("Drive surge, yaw with open-loop commands") && !told.contains("  "), "{told}");
     }
 
     fn tied(id: &str, rivals: &[&str]) -> FoundEffect {
@@ -212,7 +212,7 @@ mod tests {
         let said = experiment(Verdict::Explained, &drag, None, (&[], &[]), &[]).unwrap();
         assert!(said.contains("constant speeds"), "{said}");
         let odd = [tied("wave@sway", &["sail@sway"])];
-        assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway shows by"));
+        assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway is shown by"));
         let open = [Measured::Velocity(Dof::Yaw)];
         assert!(experiment(Verdict::Unexplained, &[], None, (&open, &[]), &[]).unwrap().contains("yaw repeats"));
         let unseen = ["drag_asymmetry@surge".to_string()];

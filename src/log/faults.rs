@@ -80,7 +80,7 @@ impl Faults {
                 (codes::ENCODING, Some(*line), None, text.to_string())
             }
             Broken::Nul(line) => {
-                let text = "a NUL byte: a block that was never written, as after a power loss; remove these bytes, or \
+                let text = "a NUL byte: a block that was never written, as after a power loss; cut these bytes out, or \
                             cut the file off here";
                 (codes::ENCODING, Some(*line), None, text.to_string())
             }

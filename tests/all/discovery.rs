@@ -131,7 +131,7 @@ fn blind_a_smoothed_gyro_is_named() {
     let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
     let fit = campaign::fit(&loaded, FitOptions::default()).expect("a fit");
     assert!(
-        fit.sentence.starts_with("Do not use these numbers: the log contradicts itself: r says"),
+        fit.sentence.starts_with("Do not use these numbers: the log contradicts itself: r lags"),
         "{}",
         fit.sentence
     );

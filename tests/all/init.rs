@@ -122,7 +122,7 @@ fn a_pilots_log_becomes_a_campaign_that_fits() {
         "input = \"hold\"",
         "role = \"validate\"",
         "supply_V = \"battery\"",
-        "not placed",
+        "not recognised",
     ] {
         assert!(text.contains(said), "{said} is not in\n{text}");
     }

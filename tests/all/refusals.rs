@@ -85,7 +85,7 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
         ("[[1.0, 7.0], [7.0, 1.0]]", "covariance[1][0]: 7.0 implies a correlation beyond 1"),
         ("[[-1.0, 0.0], [0.0, 1.0]]", "covariance[0][0]: -1.0: a variance must not be negative"),
         ("[[1.0, nan], [0.0, 1.0]]", "covariance[0][1]: NaN is not a finite number"),
-        ("[[1.0]]", "number of rows is 1, and there are 2 parameters"),
+        ("[[1.0]]", "number of rows is 1, but there are 2 parameters"),
         ("[[1.0, 0.0], [0.0]]", "covariance[1]: its number of columns is 1"),
     ] {
         let (place, message) = of(matrix);

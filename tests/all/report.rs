@@ -72,7 +72,7 @@ fn a_fit_of_free_motion_shows_noise_single_runs_and_published_values() {
     let page = page_of(&campaign, None, Some(&published), Origin::default()).unwrap();
     let titles = [
         "Noise of the sensors",
-        "Whether predictions err as predicted",
+        "Whether prediction errors are as expected",
         "What the data tells apart",
         "The same parameter from other sources",
         "Each run&#39;s own model on every run, yaw",

@@ -179,8 +179,8 @@ fn unknown_words_name_the_nearest() {
     refused("'a.csv'", "'a.csv'\nrole = 'test'", &[told]);
     let told = "7:12: model.effects[0]: no effect is called `inertai`, did you mean `inertia`?; `hydrosysid effects` lists them";
     refused("'inertia'", "'inertai'", &[told]);
-    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is no degree of freedom, did you mean `surge`?; \
-                they are surge, sway, heave, roll, pitch and yaw";
+    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is not a degree of freedom, did you mean `surge`?; \
+                these are surge, sway, heave, roll, pitch and yaw";
     refused("linear_drag@surge", "linear_drag@sirge", &[told]);
     let own = "[[effect]]\nid = 'sail'\ndof = 'surge'\nformula = 'W'\nunit = 'furlong'\n[[run]]";
     let told = "12:8: effect[0].unit: \"furlong\" is no SI unit: `furlong` is none of 1, kg, m, s, N, rad, each with a \

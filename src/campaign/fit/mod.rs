@@ -404,7 +404,7 @@ mod tests {
         assert!(refused.starts_with("nothing was estimated"), "{refused}");
         (model.parameters[0].value, model.parameters[0].std) = (10.0, Some(1.0));
         assert!(!is_untouched(&model));
-        assert!(told(&model).starts_with("The fit by staged is done"), "{}", told(&model));
+        assert!(told(&model).starts_with("The fit with staged is done"), "{}", told(&model));
         model.parameters[0].std = Some(3.0);
         assert!(
             told(&model).starts_with("Do not use these numbers for surge: this data does not determine m_u"),

@@ -265,7 +265,7 @@ mod tests {
         let twice = log(columns, text, &["t"]).unwrap_err().to_string();
         assert!(twice.contains("psi is a column of the log"), "{twice}");
         let no_rotation = log(columns, "t,w,x1,y1,z1\n0,1,0,0,0\n1,9,0,0,0\n", &["t"]).unwrap_err().to_string();
-        assert!(no_rotation.contains("length 9 at t = 1"), "{no_rotation}");
+        assert!(no_rotation.contains("norm 9 at t = 1"), "{no_rotation}");
     }
 
     #[test]
