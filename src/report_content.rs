@@ -231,7 +231,7 @@ fn checks(results: &Results<'_>) -> Vec<Check> {
         })
         .collect();
     if checks.is_empty() {
-        let text = "Nothing in the logs or the fit asks for attention.".to_string();
+        let text = "Nothing in the logs or the fit needs attention.".to_string();
         checks.push(Check { light: Light::Green, code: String::new(), text });
     }
     checks

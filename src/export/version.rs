@@ -64,6 +64,6 @@ mod tests {
         assert_eq!((with(Target::Gazebo, "9"), with(Target::GazeboAddedMass, "9")), (Ok(1), Ok(0)));
         assert!(with(Target::GazeboAddedMass, "7.9").is_err());
         assert!(with(Target::Gazebo, "harmonic").unwrap_err().contains("such as 8"));
-        assert!(with(Target::Csv, "1").unwrap_err().contains("leave"));
+        assert!(with(Target::Csv, "1").unwrap_err().contains("omit"));
     }
 }

@@ -126,7 +126,7 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     // independent of line breaks
     let [simulated, compared] =
         ["simulate", "compare"].map(|verb| told(verb).split_whitespace().collect::<Vec<_>>().join(" "));
-    assert!(simulated.contains("part of the motion"), "{simulated}");
+    assert!(simulated.contains("relative to the motion"), "{simulated}");
     assert!(["the predicted error", "the noise of its sensor"].iter().any(|m| compared.contains(m)), "{compared}");
     // without a table: the page is the answer
     let told = folder.told(&["report", ".", "-o", "page.html"]);

@@ -122,7 +122,7 @@ def _refuse(warnings: int) -> None:
     """What ``--strict`` says of warnings, as the crate says it."""
     if warnings:
         counted = "1 warning" if warnings == 1 else f"{warnings} warnings"
-        raise DataError(f"{counted}, and --strict takes warnings as errors")
+        raise DataError(f"{counted}, and --strict treats warnings as errors")
 
 
 def _init(typed: argparse.Namespace) -> int:
@@ -156,7 +156,7 @@ def _init(typed: argparse.Namespace) -> int:
 def _convert(typed: argparse.Namespace) -> int:
     output = typed.output or typed.place
     if output is None:
-        raise UsageError("say with -o which file to write")
+        raise UsageError("give the file to write with -o")
     options, json_file = _reading(typed), _json_file(typed)
     for place in (output, json_file):
         if place is not None:

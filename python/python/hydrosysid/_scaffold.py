@@ -131,6 +131,6 @@ def _copy(path: Path, target: Path) -> None:
     """Copies a file; one that is there already is left where it holds the same."""
     if target.exists():
         if target.read_bytes() != path.read_bytes():
-            raise UsageError(f"{target} is there already and is another file than {path}: rename one of them")
+            raise UsageError(f"{target} already exists and is a different file from {path}: rename one of them")
         return
     shutil.copyfile(path, target)
