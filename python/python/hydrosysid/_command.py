@@ -103,7 +103,7 @@ def _reading(typed: argparse.Namespace) -> dict[str, Any]:
     """The options of ``[log]`` that were typed.
 
     Raises:
-        UsageError: they are no TOML.
+        UsageError: they are not TOML.
     """
     try:
         options = tomllib.loads("\n".join(typed.options))
@@ -127,7 +127,7 @@ def _refuse(warnings: int) -> None:
 
 def _init(typed: argparse.Namespace) -> int:
     if typed.output is None:
-        raise UsageError("say with -o which folder or campaign file to write")
+        raise UsageError("give the folder or campaign file to write with -o")
     options, json_file = _reading(typed), _json_file(typed)
     if json_file is not None:
         may_write(json_file, typed.force)
@@ -148,7 +148,7 @@ def _init(typed: argparse.Namespace) -> int:
         print(result)
     if not typed.quiet and (typed.json is None or json_file is not None):
         place = typed.output if typed.output == file else file.parent
-        print(f"{file} written, with {guesses} guess{'' if guesses == 1 else 'es'} to read through (`# guessed:`)")
+        print(f"{file} written, with {guesses} guess{'' if guesses == 1 else 'es'} to check (`# guessed:`)")
         print(f"next: hydrosysid check {place}")
     return 0
 
