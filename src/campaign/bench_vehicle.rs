@@ -64,7 +64,8 @@ pub fn bench_vehicle(bench: &Bench, vehicle: &KnownVehicle, path: &Path) -> Resu
     let supplied = vehicle.file.thrusters.iter().find_map(|t| t.supply);
     if let Some(supply) = supplied {
         guesses.push(format!(
-            "the bench is assumed to have run at the {} V for which {} has its curve: otherwise, write supply.reference",
+            "the bench is assumed to have run at the {} V for which {} has its curve: otherwise, write \
+             supply.reference",
             supply.reference, vehicle.id
         ));
     }

@@ -43,7 +43,8 @@ mod tests {
         assert_eq!(told.len(), 1);
         assert_eq!(
             told[0].message,
-            "dive, column u: t = 0 s: 0.70 is far off the samples that follow it at the start of the run; it is left out"
+            "dive, column u: t = 0 s: 0.70 is far off the samples that follow it at the start of the run; it is left \
+             out"
         );
     }
 }

@@ -142,7 +142,11 @@ pub enum ModelFileError {
         message: String,
     },
     /// A campaign file where a model file is wanted.
-    #[error("{}: this is a campaign file, not a model file: fit the campaign first (`hydrosysid fit {0} --model model.toml`)", .file.display())]
+    #[error(
+        "{}: this is a campaign file, not a model file: fit the campaign first (`hydrosysid fit {0} --model \
+         model.toml`)",
+        .file.display()
+    )]
     Campaign {
         /// The file.
         file: PathBuf,
@@ -176,7 +180,10 @@ pub enum ModelFileError {
         source: Box<Error>,
     },
     /// A parameter that none of the terms has, or one that is missing.
-    #[error("{}: `{effect}` has the parameter `{name}` in this file or in this version, but not in both", .file.display())]
+    #[error(
+        "{}: `{effect}` has the parameter `{name}` in this file or in this version, but not in both",
+        .file.display()
+    )]
     Parameter {
         /// The file.
         file: PathBuf,

@@ -374,7 +374,8 @@ mod tests {
     #[test]
     fn outliers_that_are_held_back_are_said() {
         let held_back = HeldBack { beyond: 1.345, share: 0.2134, by_chance: 0.1786 };
-        let said = "outliers are down-weighted: 21 % of the innovations lie beyond 1.345 standard deviations, where chance puts 18 %";
+        let said = "outliers are down-weighted: 21 % of the innovations lie beyond 1.345 standard deviations, where \
+                    chance puts 18 %";
         assert_eq!(held_back.sentence(), said);
     }
 

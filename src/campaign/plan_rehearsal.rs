@@ -37,7 +37,8 @@ pub(super) fn rehearsed(
     let plan = match held.len() {
         0 => Ok(own),
         n if n == own.parameters.len() => {
-            let text = "not rehearsed: the runs of the plan alone show none of the parameters; they help only together with the existing runs";
+            let text = "not rehearsed: the runs of the plan alone show none of the parameters; they help only \
+                        together with the existing runs";
             return (None, vec![Finding::new(&codes::REHEARSED_HELD, text)]);
         }
         _ => predict(&course, &runs, wishes, &alone),

@@ -218,8 +218,8 @@ mod tests {
         let unjudged = BehavesLike { id: "drag_asymmetry@surge".into(), why: NOT_SHOWN.into(), gain: 30.0 };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[unjudged], &[], None, (&[], ""), None),
-            "Something is missing. It behaves like drag that differs astern in surge (drag_asymmetry@surge), but no held-out run \
-             shows it: hold out one that does."
+            "Something is missing. It behaves like drag that differs astern in surge (drag_asymmetry@surge), but no \
+             held-out run shows it: hold out one that does."
         );
         assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
         let (parameter, run) = ("linear_drag@yaw k_r".to_string(), "run04".to_string());

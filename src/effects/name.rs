@@ -37,7 +37,10 @@ pub enum EffectNameError {
         text: String,
     },
     /// No degree of freedom has this name.
-    #[error("{text:?}: `{dof}` is not a degree of freedom{}; these are surge, sway, heave, roll, pitch and yaw", suggestion(*.nearest))]
+    #[error(
+        "{text:?}: `{dof}` is not a degree of freedom{}; these are surge, sway, heave, roll, pitch and yaw",
+        suggestion(*.nearest)
+    )]
     UnknownDof {
         /// The whole text.
         text: String,

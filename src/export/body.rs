@@ -109,7 +109,8 @@ fn rigid(
     let sphere = vehicle.characteristic_length().map(|length| 0.1 * mass * length * length);
     let other = if greatest > 0.0 { greatest } else { sphere.ok_or(ExportError::NoInertia)? };
     if total.iter().any(Option::is_some) {
-        let text = "the dry inertia is not known: the whole rotational inertia identified, dry and added, is given to the rigid body; the motion is the same (--inertia IXX,IYY,IZZ separates them)";
+        let text = "the dry inertia is not known: the whole rotational inertia identified, dry and added, is given \
+                    to the rigid body; the motion is the same (--inertia IXX,IYY,IZZ separates them)";
         findings.push(Finding::new(&codes::INERTIA, text));
     }
     if total.iter().any(Option::is_none) {

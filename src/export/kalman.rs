@@ -251,7 +251,8 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     let unseen = found.unseen();
     if !unseen.is_empty() {
         let text = format!(
-            "no output observes {}: the filter propagates it by dead reckoning, and its row of the stationary gain is 0",
+            "no output observes {}: the filter propagates it by dead reckoning, and its row of the stationary gain \
+             is 0",
             unseen.join(", ")
         );
         draft.warnings.push(Finding::new(&codes::UNSEEN, text));

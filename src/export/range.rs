@@ -17,7 +17,8 @@ pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options:
         return Vec::new();
     }
     if file.envelope.is_empty() {
-        let text = "the model file does not say at which speeds, angles and amplitudes it was fitted: fit it again to record them";
+        let text = "the model file does not say at which speeds, angles and amplitudes it was fitted: fit it again \
+                    to record them";
         return vec![Finding::new(&codes::NO_ENVELOPE, text)];
     }
     let mut findings = Vec::new();

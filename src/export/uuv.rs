@@ -74,7 +74,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
             "Signs: added_mass positive; linear_damping, quadratic_damping negative where they brake",
             "Axes: matrices forward-starboard-down, to which the plugin transforms velocities; positions \
              forward-port-up; SI units",
-            "The link needs the inertial given below; its centre of mass is at the body origin, and the couplings m r_g",
+            "The link needs the inertial given below; its centre of mass is at the body origin, and the couplings m \
+             r_g",
             "of the true one are in added_mass and center_of_buoyancy; add a <box> where the vehicle comes near the surface",
         ],
         &Bounds { limits: "fully submerged; no walls, no tether", stability: &stability },

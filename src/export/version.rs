@@ -33,7 +33,8 @@ pub(super) fn check(target: Target, options: &ExportOptions) -> Result<Vec<Findi
         return refused(format!("`{}` needs gz-sim {major}.{minor} or later: {why}", target.name()));
     }
     let deprecated = target == Target::Gazebo && asked >= [9, 0];
-    let text = "gz-sim 9 calls added mass in the Hydrodynamics system deprecated: use the target `gazebo-added-mass`, in which it is part of the inertia of the link";
+    let text = "gz-sim 9 calls added mass in the Hydrodynamics system deprecated: use the target \
+                `gazebo-added-mass`, in which it is part of the inertia of the link";
     Ok(if deprecated { vec![Finding::new(&codes::DEPRECATED, text)] } else { Vec::new() })
 }
 

@@ -38,7 +38,9 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     let residual = Section {
         heading: "Residual against each state".into(),
         paragraphs: vec![
-            "Noise scatters flat about zero. A slope, a step or a curve shows which state the missing force depends on.".into(),
+            "Noise scatters flat about zero. A slope, a step or a curve shows which state the missing force depends \
+             on."
+            .into(),
         ],
         blocks: against,
         folded: true,

@@ -296,7 +296,10 @@ pub enum Problem {
         path: PathBuf,
     },
     /// A log outside the campaign's folder.
-    #[error("{} is outside the campaign's folder {}: move it there, or allow files outside", .path.display(), .folder.display())]
+    #[error(
+        "{} is outside the campaign's folder {}: move it there, or allow files outside",
+        .path.display(), .folder.display()
+    )]
     OutsideFolder {
         /// Where the path leads.
         path: PathBuf,

@@ -179,8 +179,8 @@ fn unknown_words_name_the_nearest() {
     refused("'a.csv'", "'a.csv'\nrole = 'test'", &[told]);
     let told = "7:12: model.effects[0]: no effect is called `inertai`, did you mean `inertia`?; `hydrosysid effects` lists them";
     refused("'inertia'", "'inertai'", &[told]);
-    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is not a degree of freedom, did you mean `surge`?; \
-                these are surge, sway, heave, roll, pitch and yaw";
+    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is not a degree of freedom, did you mean \
+                `surge`?; these are surge, sway, heave, roll, pitch and yaw";
     refused("linear_drag@surge", "linear_drag@sirge", &[told]);
     let own = "[[effect]]\nid = 'sail'\ndof = 'surge'\nformula = 'W'\nunit = 'furlong'\n[[run]]";
     let told = "12:8: effect[0].unit: \"furlong\" is no SI unit: `furlong` is none of 1, kg, m, s, N, rad, each with a \
@@ -205,9 +205,8 @@ fn wrong_types_say_what_is_wanted() {
     refused(
         "'a.csv'",
         "3",
-        &[
-            "9:8: run[0].file: integer 3 found where a path, a table {file, clock_offset, log}, or a list of them is expected",
-        ],
+        &["9:8: run[0].file: integer 3 found where a path, a table {file, clock_offset, log}, or a list of them is \
+             expected"],
     );
     refused(
         "'a.csv'",
@@ -282,9 +281,8 @@ fn contradictions_are_refused() {
     parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5"]);
     parameter(
         "tie = 'inertia@surge'\nvalue = 3",
-        &[
-            "11:9: parameter[0].value: `tie` makes it equal to another parameter, which has the value, bounds and prior: remove `value` here",
-        ],
+        &["11:9: parameter[0].value: `tie` makes it equal to another parameter, which has the value, bounds and \
+             prior: remove `value` here"],
     );
     parameter(
         "[[parameter]]\neffect = 'inertia'",

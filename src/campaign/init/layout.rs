@@ -54,8 +54,8 @@ fn no_csv(bytes: &[u8]) -> Option<String> {
         )),
         Opening::Other(name) => Some(format!("this is {name}, not UTF-8 text; convert or unpack it first")),
         Opening::Text(_) if bytes.contains(&0) => Some(
-            "this is not text, and its first bytes are not those of a known log format; the command of the Python package \
-             reads some formats by the file's name (.mat, .bin)"
+            "this is not text, and its first bytes are not those of a known log format; the command of the Python \
+             package reads some formats by the file's name (.mat, .bin)"
                 .into(),
         ),
         Opening::Text(_) => None,

@@ -69,7 +69,9 @@ impl Draft<'_> {
         text += &thrusters;
         let common = self.common();
         text += &self.log_table(&common);
-        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\": one common unknown\n";
+        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \
+                 \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , \
+                 max = ; or tie = \"quadratic_drag@sway\": one common unknown\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
         text += &self.mass_of_hull(&chosen);
         let roles = self.roles(&chosen.dofs);
@@ -314,7 +316,8 @@ impl Draft<'_> {
             let _ = writeln!(text, "# guessed: {word}");
         }
         if columns::is_either_way(logged_by_all) {
-            text += "# guessed: wind_dir is where the wind blows from; if it is where it blows to, write wind_to_surge for wind_surge, and so on\n";
+            text += "# guessed: wind_dir is where the wind blows from; if it is where it blows to, write \
+                     wind_to_surge for wind_surge, and so on\n";
         }
         let _ = writeln!(
             text,
@@ -358,10 +361,14 @@ impl Draft<'_> {
     }
 
     fn log_table(&self, common: &Common) -> String {
-        let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what u, v, w are relative to: \"ground\" | \"water\"\n".to_string();
+        let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity \
+                        (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what \
+                        u, v, w are relative to: \"ground\" | \"water\"\n"
+            .to_string();
         let has = |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         if has("x") && has("y") && !(has("u") && has("v")) && self.given.position_source.is_none() {
-            text += "# guessed: no log has u and v, so north and east must be measured independently\nposition_source = \"independent\"\n";
+            text += "# guessed: no log has u and v, so north and east must be measured \
+                     independently\nposition_source = \"independent\"\n";
         }
         text + &common.text("log")
     }

@@ -41,7 +41,8 @@ fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
         at.iter().for_each(|&k| kept[k] = false);
         let text = format!(
             "{name} is exactly {code:?} in {} and far from it otherwise: a code for no value; set missing_values = \
-             [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \"no_sample\"",
+             [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \
+             \"no_sample\"",
             if at.len() == 1 { "1 sample".to_string() } else { format!("{} samples", at.len()) }
         );
         seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
