@@ -69,9 +69,7 @@ impl Draft<'_> {
         text += &thrusters;
         let common = self.common();
         text += &self.log_table(&common);
-        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \
-                 \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , \
-                 max = ; or tie = \"quadratic_drag@sway\": one common unknown\n";
+        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\": one common unknown\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
         text += &self.mass_of_hull(&chosen);
         let roles = self.roles(&chosen.dofs);
