@@ -53,7 +53,7 @@ pub(super) fn findings(runs: &[Run]) -> Vec<Finding> {
 fn told(a: &Run, b: &Run, count: usize, of: usize) -> Finding {
     let percent = 100.0 * count as f64 / of as f64;
     let what = match (a.role == b.role, a.role) {
-        (false, _) => "one takes part in the fit and the other judges it, so that the result flatters the model",
+        (false, _) => "one takes part in the fit and the other judges it, which flatters the model",
         (true, Role::Train) => "it counts twice in the fit, so its standard errors come out too small",
         (true, Role::Validate) => "it counts twice in the comparison",
     };

@@ -85,7 +85,7 @@ fn correlations(results: &Results<'_>) -> Option<Figure> {
         colours: Colours::Diverging { limit: 1.0 },
     });
     Some(Figure {
-        title: "What the data tells apart".into(),
+        title: "What the data can separate".into(),
         caption: "Near ±1 only a combination of the two is known: an error of one compensates an error of the other."
             .into(),
         chart,
