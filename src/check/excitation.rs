@@ -186,7 +186,7 @@ pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Ve
         short_of.map(|e| Found::new(&codes::EXCITATION, &[e.dof.velocity()], e.sentence.clone())).collect();
     for dof in asked.iter().filter(|d| excitation.iter().all(|e| e.dof != **d)) {
         let text = format!(
-            "{dof} is in the model, but this run has no velocity {} with a command that varies: it shows nothing of it",
+            "{dof} is requested, but this run has no velocity {} with a command that varies: it shows nothing of it",
             dof.velocity()
         );
         found.push(Found::new(&codes::EXCITATION, &[dof.velocity()], text));
