@@ -146,7 +146,7 @@ fn verdict(results: &Results<'_>) -> String {
     let (what, is_one) = compared(judged.iter().map(|r| &r.dof));
     let verb = if is_one { "is" } else { "are" };
     let seen = if held.is_empty() { "the runs that it was fitted to" } else { "runs that took no part in the fit" };
-    let first = format!("On {seen} the model's {what} {verb} off by at most {worst:.1} times the sensor noise.");
+    let first = format!("On {seen} the {what} of the model {verb} off by at most {worst:.1} times the sensor noise.");
     let forces = results.fit.noise.as_ref().filter(|noise| !noise.force.is_empty());
     let found = results.discovery.map(|d| Searched {
         sentence: &d.sentence,
@@ -191,7 +191,7 @@ fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>,
     match found {
         Some(found) if converged => {
             parts.push(found.sentence);
-            parts.extend(found.has_names.then_some("This report is of the model with it."));
+            parts.extend(found.has_names.then_some("This report describes the model with it."));
             // a search that closes the gap names the force itself
             parts.extend(force.filter(|_| !found.is_closed));
         }
@@ -231,7 +231,7 @@ fn checks(results: &Results<'_>) -> Vec<Check> {
         })
         .collect();
     if checks.is_empty() {
-        let text = "Nothing in the logs or the fit asks for attention.".to_string();
+        let text = "Nothing in the logs or the fit needs attention.".to_string();
         checks.push(Check { light: Light::Green, code: String::new(), text });
     }
     checks

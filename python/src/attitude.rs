@@ -15,7 +15,7 @@ use crate::error;
 type Array<'py> = Bound<'py, PyArray1<f64>>;
 type Given<'py> = PyReadonlyArray1<'py, f64>;
 
-/// z-y-x Euler angles (φ, θ, ψ) of quaternions x, y, z, w; NaN for what is none.
+/// z-y-x Euler angles (φ, θ, ψ) of quaternions x, y, z, w; NaN for invalid quaternions.
 #[pyfunction]
 pub fn euler<'py>(
     py: Python<'py>,
@@ -35,7 +35,7 @@ pub fn euler<'py>(
 
 type Arrays<'py> = (Array<'py>, Array<'py>);
 
-/// Signals, `u`, `v`, `w` of which lie along the earth axes `frame`, with these turned to body axes; and how that was done.
+/// Rotates the signals `u`, `v`, `w` from the earth axes `frame` to body axes. Returns all signals, and how it was done.
 #[pyfunction]
 pub fn to_body<'py>(
     py: Python<'py>,
@@ -61,7 +61,7 @@ fn columns<'py, const N: usize>(
     of: impl Fn([f64; N]) -> [f64; 3],
 ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
     if given.iter().any(|column| column.len() != given[0].len()) {
-        return Err(error::usage(py, &"columns of different length"));
+        return Err(error::usage(py, &"columns of different lengths"));
     }
     let rows: Vec<[f64; 3]> = (0..given[0].len()).map(|k| of(given.map(|column| column[k]))).collect();
     let column = |i: usize| PyArray1::from_vec(py, rows.iter().map(|row| row[i]).collect());

@@ -24,16 +24,16 @@ use crate::work::{detached, interruptible};
 type Array<'py> = Bound<'py, PyArray1<f64>>;
 type Arrays<'py> = BTreeMap<String, Array<'py>>;
 
-/// Run, channel, time, values and deviations of residuals.
+/// Residuals of a run: run, channel, time, values, expected standard deviations.
 type Residuals<'py> = (String, String, Array<'py>, Array<'py>, Array<'py>);
 
-/// Time, simulated and measured channels, and deviations of a simulated run.
+/// A simulated run: time, simulated and measured channels, expected standard deviations.
 type Trajectories<'py> = (Array<'py>, Arrays<'py>, Arrays<'py>, Arrays<'py>);
 
-/// Time, velocity, force of each term, and total of a balance.
+/// The forces of a balance: time, velocity, force of each term, total.
 type Series<'py> = (Array<'py>, Array<'py>, Arrays<'py>, Array<'py>);
 
-/// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
+/// A campaign with its logs read. It cannot be pickled itself: the package pickles its source instead.
 #[pyclass(frozen, module = "hydrosysid._native")]
 pub struct NativeCampaign(Campaign);
 
@@ -51,12 +51,12 @@ impl NativeCampaign {
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
-    /// A campaign of runs in memory; `tables` is the campaign file as JSON.
+    /// Creates a campaign from runs in memory; `tables` is the campaign file as JSON.
     #[staticmethod]
     fn from_runs(py: Python<'_>, tables: &str, runs: Vec<GivenRun<'_>>) -> PyResult<NativeCampaign> {
         let runs = runs.iter().map(|run| Ok((run.to_run(py)?, run.units()))).collect::<PyResult<_>>()?;
         let tables: toml::Table = serde_json::from_str(tables).map_err(|e| error::usage(py, &e))?;
-        // by way of its text, so that it is checked as a file is
+        // converted to text first, so that it is checked like a file
         let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
         let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
         let loaded = interruptible(py, None, || {
@@ -66,14 +66,14 @@ impl NativeCampaign {
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
-    /// Names, kinds and roles of the runs, and what reading found: JSON.
+    /// Returns vehicle name, degrees of freedom, terms, runs (name, kind, role) and findings of reading, as JSON.
     fn about(&self) -> PyResult<String> {
         let runs: Vec<_> = self.0.runs.iter().map(|run| (&run.name, run.kind, run.role)).collect();
         let effects: Vec<String> = self.0.model.terms.iter().map(|term| term.name()).collect();
         error::to_json(&(&self.0.vehicle.name, &self.0.model.dofs, effects, runs, &self.0.findings))
     }
 
-    /// The fit as JSON, the model file that it makes, as TOML, and its residuals: run, channel, time, values, deviations.
+    /// Fits the campaign. Returns the fit as JSON, its model file as TOML, and its residuals.
     fn fit<'py>(
         &self,
         py: Python<'py>,
@@ -97,12 +97,12 @@ impl NativeCampaign {
         Ok((told, model, left))
     }
 
-    /// The estimator of a fit: the one asked for, else that of the campaign, else the one that suits its runs.
+    /// Returns the estimator of a fit: the requested one, else that of the campaign, else the one that suits its runs.
     fn estimator(&self, py: Python<'_>, asked: Option<&str>) -> PyResult<&'static str> {
         Ok(FitOptions { estimator: named(py, asked)? }.estimator_for(&self.0).name())
     }
 
-    /// Refits number `first` to `end` as JSON, and the estimates of each that has a solution, (draws, p).
+    /// Makes the refits with these numbers. Returns JSON, and the estimates of the successful ones, (draws, p).
     fn resample<'py>(
         &self,
         py: Python<'py>,
@@ -122,7 +122,7 @@ impl NativeCampaign {
         Ok((error::to_json(&result)?, samples))
     }
 
-    /// Each run's own model on every other run as JSON.
+    /// Fits each run alone and simulates its model on every other run. Returns JSON.
     fn cross_validate(
         &self,
         py: Python<'_>,
@@ -138,8 +138,8 @@ impl NativeCampaign {
         error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON with empty trajectories, and the
-    /// trajectories of each run; NaN where there is no sample.
+    /// Simulates a model (TOML, as returned by [`NativeCampaign::fit`]). Returns JSON with empty trajectories, and the
+    /// trajectories of each run, NaN where there is no sample.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
@@ -160,7 +160,7 @@ impl NativeCampaign {
         Ok((error::to_json(&result)?, runs))
     }
 
-    /// The forces of a model over time as JSON with empty series, and the series of each entry.
+    /// Computes the forces of a model over time. Returns JSON with empty series, and the series of each entry.
     fn components<'py>(
         &self,
         py: Python<'py>,
@@ -178,7 +178,7 @@ impl NativeCampaign {
         Ok((error::to_json(&result)?, runs))
     }
 
-    /// The comparison of a model with the runs as JSON.
+    /// Compares a model with the runs. Returns JSON.
     fn compare(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
         let under = self.0.under_model(&file, "the model");
@@ -186,7 +186,7 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// A model and published parameters (both TOML) against the runs as JSON.
+    /// Compares a model and published parameters (both TOML) with the runs. Returns JSON.
     fn compare_published(
         &self,
         py: Python<'_>,
@@ -204,7 +204,7 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// A model watched along the runs as JSON.
+    /// Monitors a model along the runs. Returns JSON.
     fn monitor(
         &self,
         py: Python<'_>,
@@ -215,7 +215,7 @@ impl NativeCampaign {
     ) -> PyResult<String> {
         if !(window > 0.0 && window.is_finite() && level > 0.0 && level <= 0.5) {
             let text = format!(
-                "window = {window}, level = {level}: a window in seconds above 0 and a level up to 0.5 are expected"
+                "window = {window}, level = {level}: window must be a time in s above 0, level above 0 and at most 0.5"
             );
             return Err(error::usage(py, &text));
         }
@@ -225,7 +225,7 @@ impl NativeCampaign {
         error::to_json(&interruptible(py, progress, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The discovery as JSON; `families` are those of the campaign when absent.
+    /// Searches for missing effects. Returns JSON; `families` are those of the campaign when absent.
     fn discover(&self, py: Python<'_>, families: Option<Vec<String>>, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let mut campaign = self.0.clone();
         if let Some(names) = families {
@@ -236,8 +236,8 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The report as one HTML page; `params` are the text and the name of published parameters, `inputs` names and hashes
-    /// of the files that were read.
+    /// Returns the report as one HTML page. `params`: text and name of published parameters; `inputs`: names and hashes
+    /// of the files read.
     fn report(
         &self,
         py: Python<'_>,
@@ -259,12 +259,12 @@ impl NativeCampaign {
         page.map_err(|e| error::campaign(py, &e))
     }
 
-    /// Files that were read: the campaign and its logs.
+    /// Returns the files read: the campaign and its logs.
     fn sources(&self) -> Vec<PathBuf> {
         self.0.sources.clone()
     }
 
-    /// The same campaign with other runs: each the stretch `from` to `to`, s, of the run of this index.
+    /// Returns the campaign with other runs: each is the stretch `from` to `to`, s, of the run with this index.
     fn resampled(&self, stretches: Vec<(usize, f64, f64)>) -> NativeCampaign {
         let mut other = self.0.clone();
         other.runs = stretches
@@ -279,25 +279,25 @@ impl NativeCampaign {
         NativeCampaign(other)
     }
 
-    /// Kind, role, begin and end of each run, s.
+    /// Returns kind, role, start and end of each run, s, as JSON.
     fn spans(&self) -> PyResult<String> {
         let spans: Vec<_> = self.0.runs.iter().map(|run| (run.kind, run.role, run.span())).collect();
         error::to_json(&spans)
     }
 }
 
-/// Columns by name, which keep their memory.
+/// Converts columns to arrays without copying.
 fn arrays(py: Python<'_>, columns: BTreeMap<String, Vec<f64>>) -> Arrays<'_> {
     columns.into_iter().map(|(name, values)| (name, PyArray1::from_vec(py, values))).collect()
 }
 
-/// The same of a sensor, NaN where it has no sample.
+/// Converts columns of sensors to arrays, NaN where there is no sample.
 fn samples(py: Python<'_>, columns: BTreeMap<String, Vec<Option<f64>>>) -> Arrays<'_> {
     let known = |column: Vec<Option<f64>>| column.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect();
     arrays(py, columns.into_iter().map(|(name, column)| (name, known(column))).collect())
 }
 
-/// Name of a model in memory, for messages.
+/// File name of a model in memory, for messages.
 const MODEL: &str = "model.toml";
 
 fn model_error(py: Python<'_>, error: &ModelFileError) -> PyErr {
@@ -305,7 +305,7 @@ fn model_error(py: Python<'_>, error: &ModelFileError) -> PyErr {
 }
 
 impl NativeCampaign {
-    /// The library's campaign.
+    /// Returns the campaign of the library.
     pub fn campaign(&self) -> &Campaign {
         &self.0
     }
@@ -317,19 +317,19 @@ impl NativeCampaign {
     }
 }
 
-/// An estimator by its name.
+/// Returns an estimator by its name.
 fn named(py: Python<'_>, estimator: Option<&str>) -> PyResult<Option<Estimator>> {
     let estimator = estimator.map(|name| serde_json::from_value(name.into()));
     estimator.transpose().map_err(|e| error::usage(py, &e))
 }
 
-/// A fit as JSON, and the model file that it makes, as TOML.
+/// Returns a fit as JSON, and its model file as TOML.
 fn with_model(py: Python<'_>, campaign: &Campaign, fitted: &Fit) -> PyResult<(String, String)> {
     let model = ModelFile::of(campaign, fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
     Ok((error::to_json(fitted)?, model))
 }
 
-/// Whether a fit would read its logs piece by piece of itself.
+/// Whether a fit would read its logs piece by piece without being asked to.
 #[pyfunction]
 pub fn too_large_to_keep(py: Python<'_>, path: PathBuf, estimator: Option<&str>) -> PyResult<bool> {
     let estimator = named(py, estimator)?;
@@ -337,7 +337,7 @@ pub fn too_large_to_keep(py: Python<'_>, path: PathBuf, estimator: Option<&str>)
     large.map_err(|e| error::campaign(py, &e))
 }
 
-/// As the fit of a campaign, by integral least squares on logs that are not kept.
+/// Fits a campaign by integral least squares on logs that are not kept in memory.
 #[pyfunction]
 pub fn fit_streamed(py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<(String, String)> {
     let fitted = interruptible(py, progress, || campaign::fit_streamed(&path, LoadOptions::default()))?;
@@ -345,7 +345,7 @@ pub fn fit_streamed(py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) 
     with_model(py, &campaign, &fitted)
 }
 
-/// The check of a campaign as JSON.
+/// Checks a campaign. Returns JSON.
 #[pyfunction]
 pub fn check_campaign(
     py: Python<'_>,
@@ -367,11 +367,11 @@ pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> 
     written.map_err(|e| error::usage(py, &e))
 }
 
-/// Text, files that the campaign needs beside it (where they are, how it names them), and warnings.
+/// A scaffold: text, files that the campaign needs next to it (location, name in the campaign), and warnings.
 type Scaffolded = (String, Vec<(PathBuf, String)>, Vec<String>);
 
-/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), the
-/// files that it needs beside it, and warnings. `figures`: mass, volume, weight, buoyancy, length.
+/// Returns the text of a campaign file for logs (each a path to read and the path to write in the campaign), the
+/// files that it needs next to it, and warnings. `figures`: mass, volume, weight, buoyancy, length.
 #[pyfunction]
 pub fn init_campaign(
     py: Python<'_>,
@@ -395,7 +395,7 @@ pub fn init_campaign(
     Ok((made.text, made.companions, warnings))
 }
 
-/// The vehicles that come with the program: name, their tables, as JSON.
+/// Returns the vehicles that come with the program as JSON: name and tables.
 #[pyfunction]
 pub fn known_vehicles() -> PyResult<String> {
     let all: Vec<(String, campaign::VehicleFile)> =

@@ -14,7 +14,7 @@ use crate::error;
 use crate::run::{GivenRun, to_runs};
 use crate::work::interruptible;
 
-/// The effects that hold `text` as JSON, a list of objects; and where there are none, what may have been meant.
+/// Returns the effects that match `text` as JSON, a list of objects; if there are none, also the nearest names.
 #[pyfunction]
 pub fn effects(text: &str) -> PyResult<String> {
     let all = catalogue(Coriolis::Tied);
@@ -23,7 +23,7 @@ pub fn effects(text: &str) -> PyResult<String> {
     error::to_json(&(list, near))
 }
 
-/// What practitioners call an effect at its place: `linear_drag@sway` is linear drag in sway.
+/// Returns the common name of an effect at its place: `linear_drag@sway` is linear drag in sway.
 #[pyfunction(name = "common_name")]
 pub fn common_name_of(name: &str) -> String {
     common_name(name)
@@ -78,7 +78,7 @@ pub fn regressors<'py>(
     let runs = to_runs(py, &runs)?;
     let known = |name: &str| {
         Dof::from_name(name).ok_or_else(|| {
-            error::usage(py, &format!("`{name}` is no degree of freedom: surge, sway, heave, roll, pitch or yaw"))
+            error::usage(py, &format!("`{name}` is not a degree of freedom: surge, sway, heave, roll, pitch or yaw"))
         })
     };
     let dof = known(dof)?;
@@ -88,7 +88,7 @@ pub fn regressors<'py>(
     let mut model = Model::with_effects(&dofs, coriolis, &names).map_err(|e| error::usage(py, &e))?;
     for (name, value) in &fixed {
         let Some(parameter) = model.parameter_of(name) else {
-            return Err(error::usage(py, &format!("`{name}` is held, but is none of the effects")));
+            return Err(error::usage(py, &format!("`{name}` has a fixed value, but is not among the effects")));
         };
         model.parameters[parameter].value = *value;
         model.parameters[parameter].fixed = true;

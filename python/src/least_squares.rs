@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use crate::error;
 use crate::work::{detached, interruptible};
 
-/// Solves H θ = y. H is read where it lies, whatever its order in memory.
+/// Solves H θ = y. H is read in place, in any memory order.
 #[pyfunction]
 pub fn least_squares<'py>(
     py: Python<'py>,
@@ -52,7 +52,7 @@ pub fn least_squares<'py>(
     Ok(result)
 }
 
-/// Solutions of H θ = y on blocks of rows that are drawn with replacement, one row a refit.
+/// Solutions of H θ = y on blocks of rows drawn with replacement, one row per refit.
 #[pyfunction]
 pub fn block_bootstrap<'py>(
     py: Python<'py>,

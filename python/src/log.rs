@@ -56,7 +56,7 @@ pub fn check_logs(
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 
-/// Name, unit and values of the channel `name` in SI units and the axes of the library; commands keep their unit. `log_options`
+/// Name, unit and values of the channel `name` in SI units and library axes; commands keep their unit. `log_options`
 /// hold its one entry of `columns`, and the axes it is written in.
 #[pyfunction]
 pub fn to_si<'py>(
@@ -81,7 +81,7 @@ pub fn to_si<'py>(
     Ok((column.name.clone(), column.unit, PyArray1::from_vec(py, found)))
 }
 
-/// A run as CSV: the bytes of the file. `origin` is t = 0 in ns since 1970, where the file shall have the wall clock.
+/// A run as CSV: the bytes of the file. `origin`: t = 0 in ns since 1970, if the file is to have wall-clock stamps.
 #[pyfunction]
 pub fn csv_of(py: Python<'_>, run: GivenRun<'_>, origin: Option<i64>) -> PyResult<Vec<u8>> {
     let (run, units) = (run.to_run(py)?, run.units());

@@ -1,4 +1,4 @@
-//! Models as files for other tools, and two models against each other.
+//! Export of models to files for other tools, and comparison of two models.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 use crate::error;
 use crate::work::detached;
 
-/// What is told of an export, as JSON, and the content of the file.
+/// An export: its description as JSON, and the content of the file.
 type Made<'py> = (String, Bound<'py, PyBytes>);
 
 fn made(py: Python<'_>, result: Result<Export, ExportError>) -> PyResult<Made<'_>> {
@@ -26,7 +26,7 @@ fn target_of(py: Python<'_>, name: &str) -> PyResult<Target> {
     Target::from_name(name).ok_or_else(unknown)
 }
 
-/// Exports a model (TOML, as a fit makes it), or with `is_file` the model or campaign file of that path.
+/// Exports a model (TOML, as a fit returns it), or with `is_file` the model or campaign file with that path.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // keywords of one call
 pub fn export_model<'py>(
@@ -52,7 +52,7 @@ pub fn export_model<'py>(
     made(py, result)
 }
 
-/// The difference of two models (TOML) as JSON.
+/// Compares two models (TOML). Returns JSON.
 #[pyfunction]
 pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) -> PyResult<String> {
     let read = |text: &str| ModelFile::from_text(text, Path::new("a model")).map_err(|e| error::usage(py, &e));
@@ -60,7 +60,7 @@ pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) ->
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }
 
-/// Writes `names` into the effects of a campaign, or of another beside it; the runs `training` get the role `train`.
+/// Adds `names` to the effects of a campaign, or of another next to it; the runs `training` get the role `train`.
 #[pyfunction]
 pub fn adopt(
     py: Python<'_>,

@@ -34,7 +34,7 @@ pub fn plan_campaign<'py>(
     told(py, &made.map_err(|e| error::campaign(py, &e))?)
 }
 
-/// The plan of a model (TOML, as a fit makes it) as JSON, and its command histories; the request is JSON.
+/// The plan of a model (TOML, as a fit returns it) as JSON, and its command histories; the request is JSON.
 #[pyfunction]
 pub fn plan_model<'py>(
     py: Python<'py>,

@@ -16,7 +16,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// A caught panic as an ordinary exception.
 fn defect(panic: &(dyn std::any::Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-    PyRuntimeError::new_err(format!("defect of hydrosysid, please report it: {}", text.unwrap_or("panic")))
+    PyRuntimeError::new_err(format!("internal error of hydrosysid, please report it: {}", text.unwrap_or("panic")))
 }
 
 /// Runs `work` that needs the interpreter.
@@ -27,7 +27,7 @@ pub fn attended<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(defect(&*panic)))
 }
 
-/// Fails as a defect of the library would, behind one of the three doors of this file: tests hold it against them. No
+/// Panics like an internal error of the library, within one of the three functions of this file; for tests. No
 /// published wheel has it.
 #[cfg(feature = "panics")]
 #[pyfunction]

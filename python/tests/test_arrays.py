@@ -200,5 +200,5 @@ def test_columns_of_a_frame_that_carry_units_are_converted() -> None:
     frame = Frame(t=Column(unit.Quantity(T, "s")), speed=Column(unit.Quantity(U, "knot")))
     run = hs.Run.from_frame(frame, columns={"t": "t", "u": "speed"})
     np.testing.assert_allclose(run["u"][1], U * 1852.0 / 3600.0, rtol=1e-12)
-    with pytest.raises(hs.UsageError, match="carry units: give the name alone"):
+    with pytest.raises(hs.UsageError, match="carry units: give only the name"):
         hs.Run.from_frame(frame, columns={"t": "t", "u": {"name": "speed", "unit": "kn"}})

@@ -110,7 +110,7 @@ def test_velocities_along_earth_axes_need_the_attitude(tmp_path: Path) -> None:
     columns = {c: {"name": f"XKF1[0]:{n}", "frame": "ned"} for c, n in (("u", "VN"), ("v", "VE"), ("w", "VD"))}
     with pytest.raises(hs.UsageError, match="missing: phi, theta, psi"):
         hs.Run.from_dataflash(path, columns=columns)
-    with pytest.raises(hs.UsageError, match=r"columns\.v: .* say the same frame for u, v and w"):
+    with pytest.raises(hs.UsageError, match=r"columns\.v: .* give the same frame for u, v and w"):
         hs.Run.from_dataflash(path, columns={"u": columns["u"]})
 
 

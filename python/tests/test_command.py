@@ -103,7 +103,7 @@ def test_strict_init_refuses_a_log_that_it_cannot_read(tmp_path: Path, name: str
     done = command(tmp_path, "init", name, "-o", "dive", "--strict")
     assert done.returncode == 1
     assert f"warning: not read: {name}" in done.stderr
-    assert "--strict takes warnings as errors" in done.stderr
+    assert "--strict treats warnings as errors" in done.stderr
     assert not (tmp_path / "dive" / "campaign.toml").exists()
 
 

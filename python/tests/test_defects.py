@@ -14,7 +14,7 @@ def test_a_panic_is_an_ordinary_exception(door: str) -> None:
     if fail is None and not os.environ.get("CI"):
         pytest.skip("this wheel has no panic on demand: `make test-python` builds one with the feature `panics`")
     assert fail is not None
-    with pytest.raises(Exception, match=r"defect of hydrosysid, please report it: asked for") as caught:
+    with pytest.raises(Exception, match=r"internal error of hydrosysid, please report it: asked for") as caught:
         fail(door)
     assert type(caught.value) is RuntimeError
     # and the package goes on working

@@ -71,7 +71,7 @@ def test_velocities_along_earth_axes_become_those_of_the_body(tmp_path: Path, fo
         hs.convert(path, columns={k: v for k, v in COLUMNS.items() if k != "psi"})
     without = {k: v for k, v in COLUMNS.items() if k != "w"}
     for columns in (COLUMNS | {"w": {"name": "vd"}}, without):
-        told = r"columns\.w: velocities along earth axes are turned together: say the same frame for u, v and w"
+        told = r"columns\.w: velocities along earth axes are rotated together: give the same frame for u, v and w"
         with pytest.raises(hs.UsageError, match=told):
             hs.convert(path, columns=columns)
 

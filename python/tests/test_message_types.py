@@ -54,9 +54,9 @@ def test_a_type_is_taught_by_its_file(tmp_path: Path) -> None:
     place.mkdir(parents=True)
     (place / "Depth.msg").write_text(DEPTH)
     columns = {"z": "/depth:depth", "p2": "/depth:cells[1].pressure"}
-    with pytest.raises(hs.DataError, match=r"teach it with --msg Depth\.msg"):
+    with pytest.raises(hs.DataError, match=r"provide it with --msg Depth\.msg"):
         hs.Run.from_rosbag(bag, columns=columns)
-    with pytest.raises(hs.DataError, match=r"lab_msgs/msg/Cell, which is not known: teach it with --msg, too"):
+    with pytest.raises(hs.DataError, match=r"lab_msgs/msg/Cell, which is not known: provide it with --msg, too"):
         hs.Run.from_rosbag(bag, columns=columns, msg=place / "Depth.msg")
     (place / "Cell.msg").write_text(CELL)
     for msg in (place, [place / "Depth.msg", place / "Cell.msg"], str(tmp_path)):
@@ -68,7 +68,7 @@ def test_a_type_is_taught_by_its_file(tmp_path: Path) -> None:
     (tmp_path / "Cell.msg").write_text(CELL)
     loose = hs.convert(bag, columns=columns, msg=[tmp_path / "Depth.msg", tmp_path / "Cell.msg"])
     assert loose["z"][1].tolist() == run["z"][1].tolist()
-    with pytest.raises(hs.UsageError, match="there is no such definition"):
+    with pytest.raises(hs.UsageError, match="there is no such message definition"):
         hs.convert(bag, columns=columns, msg="absent.msg")
     (place / "Depth.msg").write_text("float64 64depth!\n")
     with pytest.raises(hs.DataError, match="the definition of lab_msgs/msg/Depth cannot be read"):

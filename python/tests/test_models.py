@@ -103,7 +103,7 @@ def test_tables_are_read_back(fit: hs.Fit) -> None:
 def test_what_cannot_be_exported_is_told(fit: hs.Fit, folder: Path) -> None:
     with pytest.raises(hs.UsageError, match="there are gazebo"):
         hs.export(fit, "simulink")
-    with pytest.raises(hs.UsageError, match=r"Stonefish is no target: .* no place for .* `c-header`"):
+    with pytest.raises(hs.UsageError, match=r"Stonefish is not a target: .* cannot represent .* `c-header`"):
         hs.export(fit, "stonefish")
     with pytest.raises(hs.UsageError, match="--inertia"):
         hs.export(fit, "uuv")

@@ -272,7 +272,7 @@ def test_verdicts_are_calculated(campaign: hs.Campaign, fit: hs.Fit) -> None:
     worst = compared.runs[2]
     assert worst.role == "validate"
     ratio = f"{worst.rms / worst.noise_floor:.2g}"
-    assert f"Held-out runs: the free simulation errs by {ratio} × the noise" in compared._repr_html_()
+    assert f"Held-out runs: the free simulation errs by {ratio} × the sensor noise" in compared._repr_html_()
     assert f"at most {ratio} ×: surge_3 in surge" in compared._repr_html_()
     trained = replace(compared, runs=compared.runs[:2])
     assert "Runs of the fit (none is held out)" in trained._repr_html_()
@@ -287,7 +287,7 @@ def test_verdicts_are_calculated(campaign: hs.Campaign, fit: hs.Fit) -> None:
     least = min(fits, key=lambda name: fits[name])
     # the mean of the error, which std leaves out and rms does not, is a hundredth of the motion at most
     told = re.search(
-        r"3 runs, 1 of which took no part in the fit; fit ([\d.]+) % or better, least in u of (\w+)",
+        r"3 runs, 1 of which took no part in the fit; fit ([\d.]+) % or better, lowest in u of (\w+)",
         simulated._repr_html_(),
     )
     assert told is not None
@@ -310,15 +310,15 @@ def test_verdicts_are_calculated(campaign: hs.Campaign, fit: hs.Fit) -> None:
 
 def test_published_parameters_are_judged_together(campaign: hs.Campaign, fit: hs.Fit) -> None:
     own = fit["quadratic_drag@surge"].value
-    for value, light, words in ((-own, "green", "agree with the own estimates"), (-2.0 * own, "red", "differ from")):
+    for value, light, words in ((-own, "green", "agree with your own estimates"), (-2.0 * own, "red", "differ from")):
         params = {"format": 1, "convention": "sname", "parameters": {"X_u|u|": value}}
         html = hs.compare_published(campaign, params, fit)._repr_html_()
         assert f'class="light {light}"' in html
         assert words in html
-        assert "× those of the own model on held-out runs" in html
+        assert "× those of your own model on held-out runs" in html
     compared = hs.compare_published(campaign, params, fit)
     alone = replace(compared, parameters=tuple(replace(p, z=None, p_value=None) for p in compared.parameters))
-    assert "No published parameter has an estimate of its own to stand beside; its errors" in alone._repr_html_()
+    assert "No published parameter has an estimate to be compared with; its errors" in alone._repr_html_()
     assert "<img" in alone._repr_html_()
     points = alone.plot_errors().lines[1]
     np.testing.assert_allclose(points.get_xdata(), [e.rms / e.noise_floor for e in compared.runs])
@@ -339,7 +339,7 @@ def test_deviations_of_a_fit_that_did_not_converge_are_marked(fit: hs.Fit, campa
         )
     assert " ?" not in fit.summary() + fit.to_latex()
     assert " ?<" not in fit._repr_html_()
-    assert "what is marked ? is no deviation" in loose.summary()
+    assert "what is marked ? is not a standard error" in loose.summary()
     assert [row["std"] for row in loose.rows()] == [p.std for p in fit.parameters], "data stays data"
     both = hs.Fits(1, ("a", "b"), (fit, loose)).summary()
     assert both.count(" ?") == len(fit.parameters)

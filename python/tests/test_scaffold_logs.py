@@ -193,7 +193,7 @@ def test_a_field_that_somebody_says_wins(tmp_path: Path) -> None:
     assert set(run["r"][1].tolist()) == {0.0}
     assert set(run["beat"][1].tolist()) == {2.0, 19.0}
     text = (place / "campaign.toml").read_text(encoding="utf-8")
-    assert "HEARTBEAT[255.190]: " in text[text.index("# Not placed") :]
+    assert "HEARTBEAT[255.190]: " in text[text.index("# Not recognised") :]
     words = ["init", str(tmp_path / "dive.tlog"), "-o", str(tmp_path / "other"), "--log", 'columns.r = "GYRO:z"']
     assert run_with(words) == 2
 
@@ -207,7 +207,7 @@ def test_a_csv_is_one_whatever_it_is_called(tmp_path: Path) -> None:
         assert run_with(["init", str(tmp_path / name), "-o", str(tmp_path / f"{name}.dive"), "-q"]) == 0
     # no text, and the mark of no format: the name says what it should have been
     (tmp_path / "zeros.BIN").write_bytes(bytes(200))
-    with pytest.raises(hs.DataError, match="no DataFlash log"):
+    with pytest.raises(hs.DataError, match="not a DataFlash log"):
         hs.convert(tmp_path / "zeros.BIN", columns={"u": "XKF1:VN"})
 
 

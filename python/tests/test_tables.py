@@ -133,10 +133,10 @@ def test_a_frame_is_guessed_as_init_guesses_a_log() -> None:
         np.testing.assert_allclose(run["r"][1], np.cos(k / 30.0) / 3.0, rtol=1e-12)
         told = [finding.message for finding in run.findings if finding.code == "K201"]
         assert len(told) == 5
-        assert any('"yaw_deg" is psi by its name; deg as the name says' in text for text in told)
+        assert any('"yaw_deg" is psi by its name; deg according to the name' in text for text in told)
     with pytest.raises(hs.UsageError, match="give one of them"):
         hs.Run.from_frame(frame, columns={"u": "dvl_surge_speed"}, guess=True)
-    with pytest.raises(hs.DataError, match="nothing in the frame could be placed"):
+    with pytest.raises(hs.DataError, match="no column of the frame could be recognised"):
         hs.Run.from_frame(pd.DataFrame({"a": ["x", "y"]}), guess=True)
 
 
@@ -154,7 +154,7 @@ def test_every_guess_at_a_frame_is_told(tmp_path: Path) -> None:
     log = text.split("\n[log]\n")[1].split("\n[[run]]")[0]
     guessed = [line.removeprefix("# guessed: ") for line in log.splitlines() if line.startswith("# guessed: ")]
     assert told == guessed
-    assert any("north and east are a measurement of their own" in text for text in told)
+    assert any("north and east must be measured independently" in text for text in told)
     assert any(text.startswith('"yaw_deg" is psi') for text in told)
 
 

@@ -38,7 +38,10 @@ struct RoleOfRun {
 #[derive(Debug, Error)]
 pub enum AdoptError {
     /// The target is in another folder than the campaign, and would not find its logs from there.
-    #[error("{} lies in another folder, and logs are found from there: choose a name beside {}", .to.display(), .campaign.display())]
+    #[error(
+        "{} lies in another folder, but logs are located relative to the campaign: choose a name next to {}",
+        .to.display(), .campaign.display()
+    )]
     Elsewhere {
         /// The requested target.
         to: PathBuf,

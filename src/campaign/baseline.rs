@@ -82,11 +82,12 @@ fn observers(file: &CampaignFile, model: &Model) -> Result<Vec<Observer>, Error>
         let predicted = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
         let channel = table.channel.as_str();
         if model.dofs.iter().flat_map(predicted).flatten().any(|known| known == channel) {
-            let text = format!("the model predicts `{channel}` as it is; name another channel of the log");
+            let text = format!("the model predicts `{channel}` itself; name another channel of the log");
             return Err(wrong(file, &format!("observe[{i}].channel"), &text));
         }
         if formula.names().contains(channel) {
-            let text = format!("`{channel}` would be predicted from itself; write it in other states and channels");
+            let text =
+                format!("`{channel}` would be predicted from itself; write the formula in other states and channels");
             return Err(wrong(file, &format!("observe[{i}].formula"), &text));
         }
         Ok(Observer::new(channel, formula))
@@ -170,7 +171,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
             if let Some(min) =
                 table.min.filter(|min| remembers && parameter.spec.dimension == Dimension::TIME && *min < QUICKEST)
             {
-                let text = format!("{min} s: no step of the integrator follows a memory shorter than {QUICKEST} s");
+                let text = format!("{min} s: the integrator cannot resolve a memory shorter than {QUICKEST} s");
                 return Err(wrong(file, &format!("parameter[{i}].min"), &text));
             }
             parameter.min = table.min.unwrap_or(parameter.min);
@@ -203,12 +204,10 @@ fn outside(parameter: &Parameter, value: f64) -> String {
     let quick = parameter.spec.dimension == Dimension::TIME && value < QUICKEST;
     match (&parameter.spec.kind, quick) {
         (ParameterKind::Shape { .. }, true) => {
-            format!(
-                "{what}: a memory as short acts at once, and no step of the integrator follows it; leave `{term}` out"
-            )
+            format!("{what}: so short a memory acts at once, and the integrator cannot resolve it; leave `{term}` out")
         }
         (ParameterKind::Linear, _) if parameter.min >= 0.0 => {
-            format!("{what}: inertia is above 0 and what dissipates is not below; write `min` to allow it")
+            format!("{what}: inertia must be above 0 and dissipation must not be negative; write `min` to allow it")
         }
         _ => format!("{what}; write `min` or `max` to allow it"),
     }
@@ -221,7 +220,8 @@ fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
         let Some(tie) = &table.tie else { continue };
         let at = format!("parameter[{i}].tie");
         let Some(to) = model.term(&tie.to_string()) else {
-            let text = format!("the model has no such parameter: {tie} is not one of its effects at one place");
+            let text =
+                format!("the model has no such parameter: {tie} does not name one effect at one place of the model");
             return Err(wrong(file, &at, &text));
         };
         let mut found = false;
@@ -239,7 +239,7 @@ fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
                 let (own, its) = (&model.parameters[k].spec, &model.parameters[other].spec);
                 if own.dimension != its.dimension || own.per_run != its.per_run {
                     let text = format!(
-                        "{} of `{}` is in {}, {} of `{tie}` in {}: they cannot be one",
+                        "{} of `{}` is in {}, {} of `{tie}` in {}: they cannot be tied",
                         own.name, model.parameters[k].term, own.dimension, its.name, its.dimension
                     );
                     return Err(wrong(file, &at, &text));
@@ -275,10 +275,10 @@ fn remembers(model: &Model, term: &Term) -> bool {
 fn not_there(file: &CampaignFile, i: usize) -> Error {
     let table = &file.parameters[i];
     let text = format!(
-        "the model has no such parameter: {} is not among its effects{}",
+        "the model has no such parameter: it has no effect {}{}",
         table.effect,
         match &table.name {
-            Some(name) => format!(", or has no parameter `{name}`"),
+            Some(name) => format!(", or that has no parameter `{name}`"),
             None => String::new(),
         }
     );
@@ -348,8 +348,8 @@ mod tests {
         };
         let lag = refused("effect = 'thrust_lag'\nvalue = 1e-5\nfixed = true");
         assert!(lag.contains("T_lag") && lag.contains("acts at once"), "{lag}");
-        assert!(refused("effect = 'thrust_lag'\nvalue = 1e-5\nmin = 1e-6").contains("no step of the integrator"));
-        assert!(refused("effect = 'inertia@surge'\nvalue = 0.0").contains("inertia is above 0"));
+        assert!(refused("effect = 'thrust_lag'\nvalue = 1e-5\nmin = 1e-6").contains("the integrator cannot resolve"));
+        assert!(refused("effect = 'inertia@surge'\nvalue = 0.0").contains("inertia must be above 0"));
         assert!(refused("effect = 'linear_drag'\nvalue = -3.0\nfixed = true").contains("write `min` to allow it"));
         assert_eq!(refused("effect = 'linear_drag'\nvalue = -3.0\nmin = -10.0"), "k_u -3");
         assert_eq!(refused("effect = 'thrust_lag'\nvalue = 0.05"), "T_lag 0.05");
@@ -376,8 +376,8 @@ mod tests {
             let Err(error) = build(&read(&format!("{model}[[parameter]]\n{lines}\n"))) else { panic!("{lines}") };
             error.to_string()
         };
-        assert!(refused("effect = 'linear_drag@yaw'\ntie = 'linear_drag@sway'").contains("they cannot be one"));
-        assert!(refused("effect = 'linear_drag@sway'\ntie = 'cubic_drag@sway'").contains("not one of its effects"));
+        assert!(refused("effect = 'linear_drag@yaw'\ntie = 'linear_drag@sway'").contains("they cannot be tied"));
+        assert!(refused("effect = 'linear_drag@sway'\ntie = 'cubic_drag@sway'").contains("does not name one effect"));
         assert!(refused("effect = 'linear_drag@sway'\ntie = 'linear_drag'").contains("at one place"));
     }
 

@@ -44,8 +44,8 @@ impl Campaign {
         if !self.runs.is_empty() || self.benches.is_empty() {
             return Ok(());
         }
-        let text = "the runs are of a thruster on a bench, and none is of the vehicle: `hydrosysid fit` estimates the thruster from \
-                    them; add runs of the vehicle for anything else";
+        let text = "all runs are of a thruster on a bench, none of the vehicle: `hydrosysid fit` estimates the \
+                    thruster from them; add runs of the vehicle for anything else";
         Err(Error::Refused { findings: vec![Finding::new(&codes::BENCH_ALONE, text)] })
     }
 }
@@ -102,7 +102,7 @@ fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
 /// Returns the keys of the `[[thruster]]` table of a vehicle file.
 pub(super) fn tables(fit: &BenchFit) -> String {
     let Some([forward, reverse]) = fit.coefficients() else { return String::new() };
-    let astern = if fit.reverse.is_none() { "   # not run astern: as ahead" } else { "" };
+    let astern = if fit.reverse.is_none() { "   # not run astern: same curve as ahead" } else { "" };
     let lags = fit.lag_at.iter().map(|(n, lag)| format!("{:.4} ± {:.4} s at a command of {n:.2}", lag.value, lag.std));
     let lags: Vec<String> = lags.collect();
     format!(

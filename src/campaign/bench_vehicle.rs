@@ -42,7 +42,7 @@ pub fn bench_vehicle(bench: &Bench, vehicle: &KnownVehicle, path: &Path) -> Resu
             Some(own) => vec![*own],
             None if bench.thrusters.len() == 1 && !names.is_empty() => {
                 guesses.push(format!(
-                    "all {} thrusters of {} are of the make that was measured",
+                    "all {} thrusters of {} are assumed to be of the make that was measured",
                     names.len(),
                     vehicle.id
                 ));
@@ -64,7 +64,8 @@ pub fn bench_vehicle(bench: &Bench, vehicle: &KnownVehicle, path: &Path) -> Resu
     let supplied = vehicle.file.thrusters.iter().find_map(|t| t.supply);
     if let Some(supply) = supplied {
         guesses.push(format!(
-            "the bench ran at the {} V for which {} has its curve: where it did not, write supply.reference",
+            "the bench is assumed to have run at the {} V for which {} has its curve: otherwise, write \
+             supply.reference",
             supply.reference, vehicle.id
         ));
     }

@@ -251,8 +251,8 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
     let absent: Vec<Dof> = absent.collect();
     let text = |dof: &Dof| {
         format!(
-            "no run of the fit shows inertia and drag of {dof} by itself: what is found there rests on other runs or on \
-             what is known beforehand; add a run in which the command of {dof} varies without a controller"
+            "no run of the fit shows inertia and drag of {dof} by itself: what is estimated there relies on other runs \
+             or on prior knowledge; add a run in which the command of {dof} varies without a controller"
         )
     };
     absent.iter().map(|dof| Finding::new(&codes::NEVER_SHOWN, text(dof))).collect()

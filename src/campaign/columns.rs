@@ -118,7 +118,7 @@ pub(super) fn add_listed<'a>(file: &mut CampaignFile, runs: impl Iterator<Item =
     match file.model.effects.iter().position(|name| may_bring(&name.id) && !of_user(file, &name.id)) {
         Some(i) => {
             let text = format!(
-                "`{}` comes with columns of the log, such as wind_speed and wind_dir, that not every run has",
+                "`{}` depends on columns of the log, such as wind_speed and wind_dir, that not every run has",
                 file.model.effects[i].id
             );
             Err(wrong(file, &format!("model.effects[{i}]"), &text))
@@ -213,7 +213,7 @@ impl Brought<'_> {
     fn angle(&self, name: &str) -> (String, &'static str) {
         let (low, high) = self.range(name);
         if low.abs().max(high.abs()) > TWO_TURNS {
-            (format!("{name}*pi/180"), " (taken as degrees: it goes beyond two turns)")
+            (format!("{name}*pi/180"), " (taken as degrees: its range exceeds two turns)")
         } else {
             (name.to_string(), "")
         }
@@ -224,7 +224,7 @@ impl Brought<'_> {
         if let (Some(speed), Some(angle)) = (self.column(APPARENT_SPEED), self.column(APPARENT_ANGLE)) {
             let (gamma, said) = self.angle(angle);
             self.blow("wind", &format!("{speed}*cos({gamma})"), &format!("{speed}*sin({gamma})"), speed);
-            self.tell(&format!("{speed}, {angle}{said}"), "drag of the wind may act", before);
+            self.tell(&format!("{speed}, {angle}{said}"), "wind drag may act", before);
             return;
         }
         let (Some(speed), Some(direction)) = (self.column(WIND_SPEED), self.column(WIND_DIRECTION)) else { return };
@@ -249,7 +249,7 @@ impl Brought<'_> {
                  where that is known)"
             ),
         };
-        self.tell(&format!("{speed}, {direction}{said}"), &format!("drag of the wind may act{both}"), before);
+        self.tell(&format!("{speed}, {direction}{said}"), &format!("wind drag may act{both}"), before);
     }
 
     /// Adds the drag of air that meets the vehicle from ahead and from starboard at these speeds;
@@ -294,7 +294,7 @@ impl Brought<'_> {
         }
         self.tell(
             name,
-            &format!("buoyancy and drag may follow the density (about its median, {mean:.1} kg/m3)"),
+            &format!("buoyancy and drag may depend on the density (about its median, {mean:.1} kg/m3)"),
             before,
         );
     }
@@ -324,7 +324,7 @@ impl Brought<'_> {
             self.add("logged_current", dof, Dimension::new(1, -1, 0), formula);
             self.add("logged_current_linear", dof, Dimension::new(1, 0, -1), c);
         }
-        self.tell(&columns, "drag may act on the motion through this current", before);
+        self.tell(&columns, "drag may depend on the motion relative to this current", before);
     }
 
     fn supply(&mut self) {
@@ -334,7 +334,7 @@ impl Brought<'_> {
         let (low, high) = volts.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
         if every && high > low {
             let text =
-                format!("supply voltage, {low:.2} to {high:.2} V: thrust may follow it; candidate supply_voltage");
+                format!("supply voltage, {low:.2} to {high:.2} V: thrust may depend on it; candidate supply_voltage");
             self.findings.push(Finding::new(&codes::COLUMN, text));
         }
     }
@@ -417,7 +417,7 @@ mod tests {
         let mut file = campaign(&[Dof::Surge]);
         file.model.effects.push("wind_surge".parse().unwrap());
         let told = add_listed(&mut file, std::iter::once(&run(&[("u", [0.0, 1.0])]))).unwrap_err().to_string();
-        assert!(told.contains("wind_surge") && told.contains("comes with columns of the log"), "{told}");
+        assert!(told.contains("wind_surge") && told.contains("depends on columns of the log"), "{told}");
     }
 
     #[test]

@@ -124,14 +124,15 @@ pub fn difference(a: &ModelFile, b: &ModelFile, [name_a, name_b]: [String; 2]) -
     };
     if a.campaign == b.campaign && !a.campaign.is_empty() {
         let text = format!(
-            "both models come from {}: where they used the same runs their errors are alike, and the difference is more certain than is told",
+            "both models come from {}: if they used the same runs, their errors are correlated, and the difference is \
+             more certain than stated",
             a.campaign
         );
         result.warnings.push(Finding::new(&codes::SAME_DATA, text));
     }
     if !result.only_a.is_empty() || !result.only_b.is_empty() {
         let text = format!(
-            "only {} has {}; only {} has {}: common parameters mean something else beside other terms",
+            "only {} has {}; only {} has {}: common parameters mean something different next to different terms",
             result.a,
             listed(&result.only_a),
             result.b,

@@ -109,12 +109,13 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     }
     found.warnings.extend(said);
     if found.steps.first().is_some_and(|baseline| !baseline.fit.converged) {
-        let text = "the fit of the baseline has not come to rest, and what a name gains beside it may be its own";
+        let text = "the fit of the baseline did not converge, so what an effect appears to gain may come from the fit \
+                    itself";
         found.warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
-        let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));
+        let text = format!("only effects of the family {} and the campaign's own were tried", names.join(", "));
         found.warnings.push(Finding::new(&codes::FAMILIES, text));
     }
     let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
@@ -131,7 +132,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let told: Vec<String> =
         faults.iter().map(ToString::to_string).chain(odd_told.iter().map(ToString::to_string)).collect();
     let mended = |fault: &String| {
-        let text = format!("{fault}; the search worked on the mended channel, the files are as they were");
+        let text = format!("{fault}; the search worked on the corrected channel, the files are unchanged");
         Finding::new(&codes::CORRECTED, text)
     };
     found.warnings.extend(told.iter().map(mended));
@@ -140,7 +141,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let of_odd_runs = odd_told.iter().map(OddRun::finding);
     found.log_findings = faults.iter().flat_map(Fault::findings).chain(of_odd_runs).collect();
     if !told.is_empty() {
-        found.sentence = format!("The log is wrong: {}. With that mended: {}", told.join("; "), found.sentence);
+        found.sentence = format!("The log is wrong: {}. With that corrected: {}", told.join("; "), found.sentence);
     }
     Ok(found)
 }
@@ -165,7 +166,7 @@ fn hold(model: &mut Model, unseen: &[String], values: &[f64]) -> Finding {
         }
     }
     let text = format!(
-        "no run of free motion shows {}: the search held {}; add a run that moves what it multiplies",
+        "no run of free motion shows {}: the search held {}; add a run that excites the motion it multiplies",
         unseen.join(", "),
         held.join(", ")
     );
@@ -217,14 +218,14 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
         let known = held.parameters.iter_mut().find(|k| k.term == p.term && k.spec.name == p.spec.name);
         let unit = p.spec.dimension;
         let mut text = format!(
-            "{} of `{}` cannot be known from these runs: {} {unit}",
+            "{} of `{}` cannot be identified from these runs: {} {unit}",
             p.spec.name,
             p.term,
             measured(p.value, p.std.unwrap_or(f64::NAN))
         );
         text += match dry {
-            None => "; it needs motion that accelerates under a known force",
-            Some(_) => " is below the dry mass, which no vehicle has",
+            None => "; this needs motion that accelerates under a known force",
+            Some(_) => " is below the dry mass, which is impossible",
         };
         match (known.filter(|k| holds && !k.fixed), dry) {
             (Some(known), Some(dry)) => {

@@ -122,7 +122,7 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let runs: Vec<Run> = own.into_iter().chain(others).collect();
     let models: Vec<(String, Model)> = alone.iter().map(|(own, model)| (own.run.clone(), model.clone())).collect();
     let mut crossed = Vec::new();
-    let count = Count::begun("simulating each run by all models", runs.len());
+    let count = Count::begun("simulating each run with all models", runs.len());
     for run in &runs {
         count.one_done();
         // one run at a time: a run that cannot be simulated does not stop the others

@@ -61,7 +61,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
         let p = &again.model.parameters[parameter];
         if made.interval.iter().any(Option::is_none) {
             let text = format!(
-                "{}: this data does not bound it on both sides within five deviations",
+                "{}: this data does not bound it on both sides within five standard errors",
                 again.model.parameters[parameter].full_name()
             );
             findings.push(Finding::new(&codes::NOT_BOUNDED, text));
@@ -74,7 +74,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
             interval: made.interval,
         });
     }
-    let count = Count::begun("runs that would tell most", found.groups.len());
+    let count = Count::begun("runs that would help most", found.groups.len());
     for group in &mut found.groups {
         count.one_done();
         if let Some(run) = next_run(campaign, fit, &group.terms) {
@@ -119,7 +119,8 @@ fn other_length(
         let name = fit.model.parameters[unknown.parameter].full_name();
         if ratio.abs() > 3.0 {
             let text = format!(
-                "{name}: with segments of {segment:.1} s instead of {:.1} s it is {:.4e} instead of {:.4e}, {:.1} deviations away: the model lacks something slow",
+                "{name}: with segments of {segment:.1} s instead of {:.1} s it is {:.4e} instead of {:.4e}, {:.1} \
+                 standard errors away: the model lacks something slow",
                 options.segment,
                 then.value,
                 now.value,
@@ -143,5 +144,8 @@ fn next_run(campaign: &Campaign, fit: &Fit, group: &[String]) -> Option<String> 
     let gain = |p: &PlannedParameter| Some(p.std_now? / p.std?);
     let wanted = made.parameters.iter().filter(|p| p.wanted.is_some());
     let best = wanted.filter_map(gain).fold(1.0, f64::max);
-    Some(format!("a run of {:.0} s like `{}` would sharpen them up to {best:.1} times", run.length, run.name))
+    Some(format!(
+        "a run of {:.0} s like `{}` would reduce their standard errors up to {best:.1} times",
+        run.length, run.name
+    ))
 }

@@ -59,7 +59,8 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
             let name = fit.model.parameters[p].full_name();
             if ratio.abs() > 3.0 {
                 let text = format!(
-                    "{name}: with windows {times} times as long it is {:.4e} instead of {:.4e}, {:.1} deviations away: noise of the velocities in the rows, or something slow that the model lacks",
+                    "{name}: with windows {times} times as long it is {:.4e} instead of {:.4e}, {:.1} standard errors \
+                     away: noise of the velocities in the regressors, or something slow that the model lacks",
                     then.value,
                     now.value,
                     ratio.abs()

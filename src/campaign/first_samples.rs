@@ -12,7 +12,7 @@ pub(super) fn findings<'a>(tracks: impl Iterator<Item = &'a Track>) -> Vec<Findi
 
 fn told(run: &str, sample: &FirstSample) -> Finding {
     let text = format!(
-        "t = {} s: {} is far off the samples after it, with which the run begins; it takes no part",
+        "t = {} s: {} is far off the samples that follow it at the start of the run; it is left out",
         digits(sample.time),
         digits(sample.value)
     );
@@ -43,7 +43,8 @@ mod tests {
         assert_eq!(told.len(), 1);
         assert_eq!(
             told[0].message,
-            "dive, column u: t = 0 s: 0.70 is far off the samples after it, with which the run begins; it takes no part"
+            "dive, column u: t = 0 s: 0.70 is far off the samples that follow it at the start of the run; it is left \
+             out"
         );
     }
 }

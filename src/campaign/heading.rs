@@ -20,8 +20,8 @@ pub(super) fn finding(model: &Model, runs: &[Run]) -> Option<Finding> {
     let lost: Vec<&str> = horizontal.map(Dof::position).filter(logged).collect();
     (!lost.is_empty() && !heading_is_known(model, &moving)).then(|| {
         let text = format!(
-            "the position {} is logged, and the heading is neither modelled nor logged: north and east then say nothing of \
-             surge and sway and take no part; log psi",
+            "the position {} is logged, but the heading is neither modelled nor logged: north and east then show \
+             nothing of surge and sway and are not used; log psi",
             lost.join(", ")
         );
         Finding::new(&codes::NO_HEADING, text)

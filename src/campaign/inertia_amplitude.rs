@@ -141,7 +141,9 @@ fn of(
             Finding::new(&codes::INERTIA_AMPLITUDE, format!("{changes}: {advice}"))
         } else {
             let text = format!(
-                "{changes}, but with an inertia of its own in each run the model is still off by {apart:.1} times the noise: something else is missing, and the inertia makes up for it; look for that first (`hydrosysid discover`)"
+                "{changes}, but even with a separate inertia in each run the model is off by {apart:.1} times the \
+                 noise: something else is missing, and the inertia compensates for it; look for that first \
+                 (`hydrosysid discover`)"
             );
             Finding::new(&codes::INERTIA_AMPLITUDE, text)
         });

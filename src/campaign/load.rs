@@ -269,7 +269,8 @@ fn velocities_through_water(logged: &[Logged]) -> Result<bool, Error> {
         None => Ok(true),
         Some(other) => {
             let text = format!(
-                "{}: velocity_reference is \"water\", and in {} it is not: one model takes one of them; leave u, v, w of the others out",
+                "{}: velocity_reference is \"water\", but in {} it is not: one model can use only one of the two; \
+                 leave u, v, w of the others out",
                 first.run.name, other.run.name
             );
             Err(Error::Refused { findings: vec![Finding::new(&codes::MIXED_REFERENCES, text)] })
@@ -394,8 +395,8 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
         let most = logged.run.signals.values().map(Signal::len).max().unwrap_or(0);
         if rate * (to - from) > MOST_MADE_UP * most as f64 + 1e4 {
             let text = format!(
-                "`resample` = {rate} would make {:.3e} samples of {most} over {:.4e} s; if its time stamps are no seconds \
-                 set time_unit",
+                "`resample` = {rate} would make {:.3e} samples of {most} over {:.4e} s; if its time stamps are not in \
+                 seconds set time_unit",
                 rate * (to - from),
                 to - from
             );
@@ -418,7 +419,8 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
 
 /// Returns the finding that no run is held out, if every run takes part in the fit.
 pub(super) fn unjudged(mut roles: impl Iterator<Item = Role>) -> Option<Finding> {
-    let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
+    let text =
+        "no run has role = \"validate\": the runs compared took part in the fit, so the comparison is optimistic";
     (!roles.any(|role| role == Role::Validate)).then(|| Finding::new(&codes::NO_VALIDATION, text))
 }
 
@@ -438,7 +440,7 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
     for observer in &model.observers {
         let channel = observer.channel();
         if !runs.iter().any(|run| run.signals.contains_key(channel)) {
-            let text = format!("[[observe]] compares it with the model, and no run logs `{channel}`");
+            let text = format!("[[observe]] compares it with the model, but no run logs `{channel}`");
             findings.push(Finding::at(&codes::NOT_ON_CHANNEL, "[[observe]]", None, Some(channel), &text));
         }
     }

@@ -104,7 +104,7 @@ pub(super) fn misplaced(campaign: &Campaign) -> Option<String> {
         wrong.len() > right.len()
     };
     let dofs: Vec<String> = campaign.model.dofs.iter().filter(|dof| wrong(dof)).map(ToString::to_string).collect();
-    let said = || format!("the thrusters, as they are placed, push {} the wrong way: {MISPLACED}", dofs.join(", "));
+    let said = || format!("the thrusters, placed as stated, push {} the wrong way: {MISPLACED}", dofs.join(", "));
     (!campaign.file.thrusters.is_empty() && !dofs.is_empty()).then(said)
 }
 
@@ -334,20 +334,20 @@ impl std::fmt::Display for Fault {
                 write!(f, "{channel} is logged in a unit {factor:.4} times too fine; set columns.{channel}.unit")
             }
             Fault::Mirrored => f.write_str(
-                "psi counts the other way than the body axes turn: heading of east-north-up, or body axes \
+                "psi has the opposite sign convention to the body axes: heading of east-north-up, or body axes \
                  forward-port-up; set earth_frame or body_frame",
             ),
-            Fault::Turned => f.write_str("psi is off by half a turn, or u and v both point backwards"),
+            Fault::Turned => f.write_str("psi is off by 180°, or u and v both point backwards"),
             Fault::PositionSwapped => {
                 f.write_str("x and y are exchanged (east-north-up instead of north-east-down); set earth_frame")
             }
             Fault::VelocitySwapped { forces } => write!(
                 f,
-                "u and v are exchanged{}; name them rightly in [log] columns",
+                "u and v are exchanged{}; correct their names in [log] columns",
                 if *forces { ", with their forces" } else { "" }
             ),
             Fault::Late { channel, seconds } => {
-                write!(f, "{channel} says {seconds:.3} s late what the other sensors say; bring it to their clock")
+                write!(f, "{channel} lags the other sensors by {seconds:.3} s; bring it to their clock")
             }
         }
     }

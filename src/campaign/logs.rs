@@ -73,9 +73,9 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         }
     }
     if walls && locals {
-        let text = "some of its logs have stamps of a wall clock and some count from their own zero: 0 of the latter is \
-                    taken as the first stamp of the first wall clock. Give each of them the `clock_offset` that brings \
-                    it there, or its zero in seconds since 1970";
+        let text = "some of its logs have wall-clock stamps and some count from their own zero: the zero of the latter \
+                    is assumed to be the first stamp of the first wall clock. Give each of them the `clock_offset` to \
+                    that clock, or its zero in seconds since 1970";
         logged.findings.push(Finding::at(&codes::TWO_CLOCKS, name, None, None, text).of_run(name));
     }
     if !alone {

@@ -142,7 +142,11 @@ pub enum ModelFileError {
         message: String,
     },
     /// A campaign file where a model file is wanted.
-    #[error("{}: this is a campaign file, and a model file is wanted: fit the campaign first (`hydrosysid fit {0} --model model.toml`)", .file.display())]
+    #[error(
+        "{}: this is a campaign file, not a model file: fit the campaign first (`hydrosysid fit {0} --model \
+         model.toml`)",
+        .file.display()
+    )]
     Campaign {
         /// The file.
         file: PathBuf,
@@ -176,7 +180,10 @@ pub enum ModelFileError {
         source: Box<Error>,
     },
     /// A parameter that none of the terms has, or one that is missing.
-    #[error("{}: `{effect}` has no parameter `{name}` in this file and in this version alike", .file.display())]
+    #[error(
+        "{}: `{effect}` has the parameter `{name}` in this file or in this version, but not in both",
+        .file.display()
+    )]
     Parameter {
         /// The file.
         file: PathBuf,
@@ -290,8 +297,8 @@ impl ModelFile {
     /// that of the file.
     pub fn unsettled(&self, name: &str) -> Option<Finding> {
         let text = format!(
-            "{name}: do not use these numbers, the fit that wrote this model did not converge: look at what `hydrosysid check` \
-             says of the campaign, and fit it anew"
+            "{name}: do not use these numbers, the fit that wrote this model did not converge: run `hydrosysid check` \
+             on the campaign, and fit it again"
         );
         (!self.converged).then(|| Finding::new(&codes::MODEL_UNSETTLED, text))
     }

@@ -36,7 +36,7 @@ impl Noise {
     /// Describes the random force in a sentence.
     pub fn sentence(&self) -> String {
         match &self.force[..] {
-            [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
+            [] => "No random force is found: the model leaves only sensor noise.".into(),
             forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
         }
     }
@@ -68,7 +68,7 @@ impl Noise {
         let most = self.force.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
         (share(&most) > RandomForce::OVERWHELMING).then(|| {
             format!(
-                "What moves the vehicle is not its commands: in {} a random force of {} {} is {} theirs.",
+                "The commands do not dominate the motion: in {} a random force of {} {} is {} theirs.",
                 most.dof,
                 digits(most.rms),
                 most.unit.replace('*', " "),
@@ -113,7 +113,8 @@ impl HeldBack {
     /// Describes the down-weighting in a sentence without its full stop.
     pub fn sentence(&self) -> String {
         format!(
-            "outliers are held back: {} % of the innovations lie beyond {} deviations, where chance puts {} %",
+            "outliers are down-weighted: {} % of the innovations lie beyond {} standard deviations, where chance puts \
+             {} %",
             digits(100.0 * self.share),
             self.beyond,
             digits(100.0 * self.by_chance)
@@ -373,8 +374,8 @@ mod tests {
     #[test]
     fn outliers_that_are_held_back_are_said() {
         let held_back = HeldBack { beyond: 1.345, share: 0.2134, by_chance: 0.1786 };
-        let said =
-            "outliers are held back: 21 % of the innovations lie beyond 1.345 deviations, where chance puts 18 %";
+        let said = "outliers are down-weighted: 21 % of the innovations lie beyond 1.345 standard deviations, where \
+                    chance puts 18 %";
         assert_eq!(held_back.sentence(), said);
     }
 

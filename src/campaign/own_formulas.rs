@@ -66,8 +66,8 @@ pub(super) fn check_observed_units(file: &CampaignFile, logged: &[Logged]) -> Re
             let Some(unit) = log.units.get(&table.channel) else { continue };
             if unit.parse().is_ok_and(|measured: Dimension| measured != predicted) {
                 let text = format!(
-                    "`{}` is in {predicted}, and run `{}` has `{}` in {unit}: they must have the same unit; correct the \
-                     formula, or the unit of the column by columns.{} = {{ name, unit }}",
+                    "`{}` is in {predicted}, but run `{}` has `{}` in {unit}: they must have the same unit; correct \
+                     the formula, or the unit of the column with columns.{} = {{ name, unit }}",
                     table.formula, log.run.name, table.channel, table.channel
                 );
                 return Err(wrong(file, &format!("observe[{i}].formula"), &text));
@@ -89,10 +89,10 @@ fn no_number(formula: &Formula, run: &Run) -> Option<String> {
         .into_iter()
         .filter_map(|name| Some(format!("{name} = {:.6}", run.signal(name)?.at(stamps[bad]))))
         .collect();
-    let how = if values[bad].is_nan() { "is no number (NaN)" } else { "is infinite" };
+    let how = if values[bad].is_nan() { "is not a number (NaN)" } else { "is infinite" };
     Some(format!(
-        "run `{}`: the formula {how} at t = {} s, where {}; a root or a logarithm needs a positive argument and a divisor \
-         must not be 0: guard it, as with max(x, 0)",
+        "run `{}`: the formula {how} at t = {} s, where {}; a root or a logarithm needs a positive argument and a \
+         divisor must not be 0: guard it, e.g. with max(x, 0)",
         run.name,
         stamps[bad],
         said.join(", ")
@@ -114,7 +114,8 @@ fn wrong_unit(table: &EffectTable) -> Option<String> {
     let wanted = force.over(found);
     (wanted != table.unit).then(|| {
         format!(
-            "`{}` is in {found}, and times a parameter in {} that is {}, not {force}: the unit of the parameter is {wanted}",
+            "`{}` is in {found}; times a parameter in {} that gives {}, not {force}: the unit of the parameter must be \
+             {wanted}",
             table.formula,
             table.unit,
             found.times(table.unit)
@@ -161,7 +162,7 @@ mod tests {
         let drag = Dimension::new(1, -1, 0);
         assert_eq!(wrong_unit(&table("u*abs(u)", drag)), None);
         let told = wrong_unit(&table("u*abs(u)*r", drag)).unwrap();
-        assert!(told.contains("the unit of the parameter is kg*s/m"), "{told}");
+        assert!(told.contains("the unit of the parameter must be kg*s/m"), "{told}");
         // a column has no known unit, and in a sum of unlike units the numbers have units of their
         // own
         assert_eq!(wrong_unit(&table("wind^2*cos(psi)", Dimension::FORCE)), None);

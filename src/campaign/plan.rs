@@ -113,8 +113,8 @@ pub struct PlannedParameter {
 pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + Sync)) -> Result<Plan, Error> {
     if let Some(term) = source.model.terms.iter().find(|term| term.effect.about().scope == Scope::Thrusters) {
         let text = format!(
-            "a plan drives degrees of freedom, and `{}` is of single thrusters: mend the vehicle where it is a fault, take the \
-             effect out of the model, and plan again",
+            "a plan drives degrees of freedom, but `{}` belongs to single thrusters: if it is a fault, repair the \
+             vehicle, take the effect out of the model, and plan again",
             term.name()
         );
         return Err(Error::Asked(text));
@@ -125,7 +125,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
     let sensors = sensors(source, request, &mut warnings)?;
     let positive = |x: f64| x.is_finite() && x >= 10.0;
     if !positive(request.length) || request.length > 3600.0 {
-        return Err(Error::Asked(format!("length = {}: runs are 10 to 3600 s long", request.length)));
+        return Err(Error::Asked(format!("length = {}: runs must be 10 to 3600 s long", request.length)));
     }
     if request.most == 0 || request.most > 100 {
         return Err(Error::Asked(format!("most = {}: 1 to 100 runs", request.most)));
@@ -198,16 +198,16 @@ fn sentence(parameters: &[PlannedParameter], runs: usize, forces: &[RandomForce]
     let met = |std: Option<f64>, p: &PlannedParameter| p.wanted.is_none_or(|w| std.is_some_and(|s| s <= w));
     let counted = match forces {
         [] => "",
-        _ => " The random force is counted in.",
+        _ => " The random force is included.",
     };
     if parameters.iter().all(|p| met(p.std_now, p)) {
-        return format!("Enough already: every wish is met by what is known.{counted}");
+        return format!("No further run is needed: what is known already meets every requested accuracy.{counted}");
     }
     let open: Vec<&str> = parameters.iter().filter(|p| !met(p.std, p)).map(|p| p.name.as_str()).collect();
     let (runs, s) = if runs == 1 { ("One run".to_string(), "s") } else { (format!("{runs} runs"), "") };
     match &open[..] {
-        [] => format!("{runs} meet{s} every wish.{counted}"),
-        open => format!("{runs} leave{s} {} less well known than wanted.{counted}", open.join(", ")),
+        [] => format!("{runs} meet{s} every requested accuracy.{counted}"),
+        open => format!("{runs} leave{s} {} less accurate than requested.{counted}", open.join(", ")),
     }
 }
 
@@ -222,8 +222,8 @@ const WHOLE: f64 = 0.999;
 
 fn saturates((run, part): &(Run, f64)) -> Finding {
     let text = format!(
-        "{}: the thrusters give {:.0} % of the forces that are pushed with at once: they are cut, and the run shows less than is \
-         predicted; lower the limits with --limit",
+        "{}: the thrusters provide {:.0} % of the forces requested at the same time: these are clipped, and the run \
+         shows less than predicted; lower the limits with --limit",
         run.name,
         100.0 * part
     );
@@ -278,7 +278,7 @@ fn beyond(proposal: &Proposal, envelope: &Envelope) -> Vec<Finding> {
             if *speed > MARGIN * known {
                 let name = &run.sailed.manoeuvre.name;
                 let text = format!(
-                    "run `{name}` reaches {} = {speed:.3}, the model comes from runs up to {known:.3}",
+                    "run `{name}` reaches {} = {speed:.3}, but the model comes from runs up to {known:.3}",
                     dof.velocity()
                 );
                 findings.push(Finding::new(&codes::BEYOND, text).of_run(name));

@@ -37,7 +37,8 @@ pub(super) fn rehearsed(
     let plan = match held.len() {
         0 => Ok(own),
         n if n == own.parameters.len() => {
-            let text = "not rehearsed: the runs of the plan alone show none of the parameters, they count beside the runs at hand";
+            let text = "not rehearsed: the runs of the plan alone show none of the parameters; they help only \
+                        together with the existing runs";
             return (None, vec![Finding::new(&codes::REHEARSED_HELD, text)]);
         }
         _ => predict(&course, &runs, wishes, &alone),
@@ -46,7 +47,7 @@ pub(super) fn rehearsed(
     let (found, mut findings) = rehearse(&course, &plan, &source.fitting, times, progress);
     if !held.is_empty() {
         let text = format!(
-            "the runs of the plan alone do not show {told}: in the rehearsal held where the runs at hand have {}",
+            "the runs of the plan alone do not show {told}: the rehearsal fixes what the existing runs say of {}",
             if held.len() == 1 { "it" } else { "them" }
         );
         findings.push(Finding::new(&codes::REHEARSED_HELD, text));

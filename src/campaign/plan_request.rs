@@ -46,7 +46,7 @@ impl FromStr for Want {
         let number: f64 = number.trim().parse().unwrap_or(f64::NAN);
         if !(number.is_finite() && number > 0.0) || (parameter.is_none() && !relative) {
             return Err(format!(
-                "`{text}`: a wanted deviation is written TERM=STD, TERM=5% or 5%, with a positive number"
+                "`{text}`: a requested standard error is written TERM=STD, TERM=5% or 5%, with a positive number"
             ));
         }
         let amount = if relative { number / 100.0 } else { number };
@@ -149,7 +149,7 @@ pub(super) fn limits(
             limits.insert(*dof, limit);
             let unit = if dof.is_rotation() { "N*m" } else { "N" };
             let text =
-                format!("{dof}: no limit of thrust is given, the {limit:.4} {unit} of the model's own runs are taken");
+                format!("{dof}: no limit of thrust is given; the {limit:.4} {unit} of the model's own runs are used");
             warnings.push(Finding::new(&codes::LIMITS_SEEN, text));
         }
     }
@@ -186,18 +186,18 @@ pub(super) fn sensors(
         if request.noise.is_empty() {
             warnings.push(Finding::new(
                 &codes::INSTRUMENTS_USUAL,
-                "noise and rate of the sensors are not known: those of an ordinary DVL and gyro are taken",
+                "noise and rate of the sensors are not known: those of an ordinary DVL and gyro are assumed",
             ));
         }
     }
     let rates = request.rates.values();
     if let Some(wrong) = request.noise.values().chain(rates).find(|x| !(x.is_finite() && **x > 0.0)) {
-        return Err(Error::Asked(format!("noise or rate of {wrong}: a positive number")));
+        return Err(Error::Asked(format!("noise or rate of {wrong}: must be a positive number")));
     }
     for (channel, noise) in &request.noise {
         let dof = source.model.dofs.iter().find(|d| d.velocity() == channel || d.position() == channel);
         if dof.is_none() {
-            return Err(Error::Asked(format!("noise of `{channel}`: the model predicts no channel of this name")));
+            return Err(Error::Asked(format!("noise of `{channel}`: the model predicts no channel with this name")));
         }
         let rate = sensors.get(channel).map_or(10.0, |s| s.rate);
         sensors.insert(channel.clone(), Instrument { noise: *noise, rate });

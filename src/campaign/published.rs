@@ -197,10 +197,10 @@ impl Published {
                 Given::Measured { value, std } => (value, std),
             };
             if !number.is_finite() || std.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
-                return Err(failed(format!("`{key}`: value and std must be finite numbers, std not below 0")));
+                return Err(failed(format!("`{key}`: value and std must be finite numbers, and std not below 0")));
             }
             let (term, symbol) = find(&key, own, model).ok_or_else(|| {
-                failed(format!("`{key}` is no parameter that this version knows{}", hint(&key, own, model)))
+                failed(format!("`{key}` is not a parameter that this version knows{}", hint(&key, own, model)))
             })?;
             let number = if own { number } else { dry.turned(&key, number).map_err(failed)? };
             // matrices of Fossen also have entries for degrees of freedom that are not modelled
@@ -210,7 +210,7 @@ impl Published {
             values.push((term, symbol, number, std));
         }
         if values.is_empty() {
-            return Err(failed("there is no parameter in it for this campaign".into()));
+            return Err(failed("it has no parameter that this campaign needs".into()));
         }
         Ok(Published { source: file.source, values })
     }
@@ -262,7 +262,7 @@ impl Dry {
         };
         let what = if turns { "the dry `inertia`, as in inertia = [Ixx, Iyy, Izz]" } else { "the dry `mass`" };
         dry.map(|dry| dry - value)
-            .ok_or_else(|| format!("`{key}` is added mass alone: it needs {what}, to become the virtual one"))
+            .ok_or_else(|| format!("`{key}` is added mass alone: it needs {what}, to give the virtual mass"))
     }
 }
 
@@ -345,7 +345,7 @@ pub fn compare_published(
     let taken: Vec<String> =
         parameters.iter().filter(|p| p.published.is_none()).map(|p| format!("{} of `{}`", p.name, p.effect)).collect();
     if !taken.is_empty() {
-        let text = format!("not published, taken from the own model: {}", taken.join(", "));
+        let text = format!("not published, taken from the campaign's own model: {}", taken.join(", "));
         warnings.push(Finding::new(&codes::NOT_PUBLISHED, text));
     }
     Ok(PublishedComparison {

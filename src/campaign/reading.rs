@@ -56,8 +56,8 @@ pub(super) fn reading_of<'a>(log: &Path, ways: &'a [Reading]) -> Option<(&'a Log
     let finding = alike.get(1).map(|other| {
         let [this, other] = [alike[0], other].map(|way| way.files.first().map_or("", String::as_str));
         let text = format!(
-            "read as {this} is, with the same columns as {other}, which is read otherwise{}: where this log is like that one, say \
-             with --log how it is read",
+            "read like {this}, with the same columns as {other}, which is read differently{}: if this log resembles \
+             that one, say with --log how it is read",
             differing(&alike[0].log, &alike[1].log)
         );
         Finding::at(&codes::READ_ALIKE, &log.display().to_string(), None, None, &text)

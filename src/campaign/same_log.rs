@@ -53,13 +53,13 @@ pub(super) fn findings(runs: &[Run]) -> Vec<Finding> {
 fn told(a: &Run, b: &Run, count: usize, of: usize) -> Finding {
     let percent = 100.0 * count as f64 / of as f64;
     let what = match (a.role == b.role, a.role) {
-        (false, _) => "one takes part in the fit and the other judges it, so that the judgement flatters the model",
-        (true, Role::Train) => "it counts twice in the fit, whose deviations come out too small",
+        (false, _) => "one takes part in the fit and the other judges it, which flatters the model",
+        (true, Role::Train) => "it counts twice in the fit, so its standard errors come out too small",
         (true, Role::Validate) => "it counts twice in the comparison",
     };
     let text = format!(
-        "`{}` and `{}` share {percent:.0} % of the rows of the shorter one: {what}; leave one of them out, or cut them apart \
-         with `from` and `to`",
+        "`{}` and `{}` share {percent:.0} % of the rows of the shorter one: {what}; leave one of them out, or separate \
+         them with `from` and `to`",
         a.name, b.name
     );
     Finding::new(&codes::SAME_LOG, text).of_run(&b.name)

@@ -33,9 +33,9 @@ pub(super) fn finding(model: &Model, undriven: &[Dof]) -> Option<Finding> {
     };
     let names: Vec<&str> = open.iter().map(|dof| dof.name()).collect();
     let text = format!(
-        "no force is known absolutely in {}: {why} and no inertia, drag or weight is held or has a prior, so that any \
-         multiple of the estimates fits as well; hold one with [[parameter]] fixed = true (a weighed mass with its added \
-         part, a measured thrust) or give it a `std`",
+        "no force is known absolutely in {}: {why} and no inertia, drag or weight is fixed or has a prior, so any \
+         multiple of the estimates fits as well; fix one with [[parameter]] fixed = true (a weighed mass with its \
+         added mass, a measured thrust) or give it a `std`",
         names.join(", ")
     );
     Some(Finding::new(&codes::NO_SCALE, text))

@@ -22,10 +22,10 @@ pub type Own = (Arc<dyn Effect>, Place);
 
 /// Reason why two existing thrusters cannot be exchanged.
 pub(super) const UNLIKE: &str =
-    "these two have different curves: their forces are not exchanged when their commands are";
+    "these two have different curves: exchanging their commands does not exchange their forces";
 
 /// Reason why an effect of an existing thruster cannot be in the model.
-pub(super) const IDLE: &str = "it changes the force in none of the modelled degrees of freedom";
+pub(super) const IDLE: &str = "it does not change the force in any modelled degree of freedom";
 
 /// Returns every effect of a single thruster, of every two thrusters with the same curve, and of
 /// all thrusters.
@@ -132,7 +132,7 @@ mod tests {
         assert!(near.starts_with("c.toml:") && near.contains("`port`"), "{near}");
         assert!(refused(", 'thruster_loss'").contains("one thruster, `@T6`"));
         assert!(refused(", 'thruster_swap@port:bow'").contains("different curves"));
-        assert!(refused(", 'thruster_loss@lift'").contains("in none of the modelled degrees of freedom"));
+        assert!(refused(", 'thruster_loss@lift'").contains("in any modelled degree of freedom"));
     }
 
     /// η_inter is in the wrench of a thruster, η_adv in the channel that is read.

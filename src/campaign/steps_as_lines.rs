@@ -51,8 +51,8 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
         "hold their values over several rows and then step"
     };
     let text = format!(
-        "{}: {} {does}{more}, but input = \"linear\" reads slopes between the rows; write input = \"hold\" in [model] or in \
-         the [[run]]",
+        "{}: {} {does}{more}, but input = \"linear\" interpolates between the rows; write input = \"hold\" in [model] \
+         or in the [[run]]",
         first.name,
         channels.join(", ")
     );
@@ -128,7 +128,7 @@ pub(super) fn measured(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Find
     let first = going.first()?;
     let (channels, more) = (of(first), more_runs(going.len() - 1));
     let text = format!(
-        "{}: {} {} on from row to row{more}: read on lines between the rows, although input = \"hold\"",
+        "{}: {} {} on from row to row{more}: interpolated between the rows, although input = \"hold\"",
         first.name,
         channels.join(", "),
         if channels.len() == 1 { "goes" } else { "go" },

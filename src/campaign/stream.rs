@@ -107,7 +107,7 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
     let (model, fits) = streamed.fit()?;
     let method = match campaign.curves.as_slice() {
         [] => "clusters of rows",
-        _ => "clusters of rows; the thrusters' curves taken as exact",
+        _ => "clusters of rows; the thrusters' curves assumed exact",
     };
     let raw = Raw { std_method: method.into(), ..of_rows(model, &fits, &fitted_runs, &campaign) };
     let mut fit = assembled(raw, &campaign, Estimator::Integral, folding.envelope, Instruments::new());
@@ -240,8 +240,8 @@ fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> R
         _ if table.input.is_some_and(|input| input != file.model.input) => {
             "an `input` other than the model's needs all runs at once".to_string()
         }
-        (Some(term), _) => format!("`{}` reads a channel that is made of the whole run", term.name()),
-        (None, Some(p)) => format!("{} of `{}` has a value of its own in each run", p.spec.name, p.term),
+        (Some(term), _) => format!("`{}` reads a channel that is computed from the whole run", term.name()),
+        (None, Some(p)) => format!("{} of `{}` has its own value in each run", p.spec.name, p.term),
         _ => return Ok(()),
     };
     let text = format!("{name}: {text}; fit without --stream");

@@ -203,5 +203,5 @@ fn force_of<'a>(thruster: &Thruster, table: &BollardTable, run: &'a Run) -> Resu
         Some(dof) => thruster.unit_wrench()[dof.index()],
         None => 1.0,
     };
-    if part.abs() > 1e-6 { Ok((signal, part)) } else { Err(format!("its axis gives nothing along `{column}`")) }
+    if part.abs() > 1e-6 { Ok((signal, part)) } else { Err(format!("its axis has no component along `{column}`")) }
 }

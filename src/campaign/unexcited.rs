@@ -140,8 +140,8 @@ fn told(resting: &[Dof], kept: &[Dof]) -> String {
     let names: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
     let line: Vec<String> = kept.iter().map(|dof| format!("{:?}", dof.name())).collect();
     format!(
-        "{}: in no run of the fit is there a command or a motion beyond the noise, so that inertia and drag cannot be \
-         found; write dofs = [{}] in [model], or add a run that moves it",
+        "{}: in no run of the fit is there a command or a motion beyond the noise, so inertia and drag cannot be \
+         estimated; write dofs = [{}] in [model], or add a run that moves it",
         names.join(", "),
         line.join(", ")
     )

@@ -133,7 +133,8 @@ fn source(name: &str, beside: Option<&Path>) -> Result<(String, Option<PathBuf>)
     if !path.is_file() {
         let ids: Vec<&str> = KNOWN.iter().map(|(id, _)| *id).collect();
         let near = nearest(name, ids.iter().copied()).map(|n| format!(", did you mean `{n}`?")).unwrap_or_default();
-        let text = format!("there is neither such a vehicle nor such a file{near}; there are {}", ids.join(", "));
+        let text =
+            format!("there is neither a vehicle nor a file of this name{near}; the vehicles are {}", ids.join(", "));
         return Err(failed(name, &text));
     }
     let text = crate::text_file::read(&path).map_err(|e| failed(name, &e.to_string()))?;

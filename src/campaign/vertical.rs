@@ -48,14 +48,15 @@ fn judged(run: &Run, alone: bool, upright: bool, lacking: Option<&Run>) -> Optio
     }
     if upright {
         let text = format!(
-            "run `{}` pitches by {degrees:.0}°: attitude is carried by a quaternion and compared by turns, not by angles",
+            "run `{}` pitches by {degrees:.0}°: attitude is represented by a quaternion and compared by rotations, not \
+             by angles",
             run.name
         );
         return upright::is_steep(run).then(|| Finding::new(&codes::BY_QUATERNION, text).of_run(&run.name));
     }
     let code = if most > NEAR_POLE[1] { &codes::VERTICAL } else { &codes::NEAR_VERTICAL };
     let needed = match lacking {
-        _ if alone => "log phi, which says on which side of the vertical the vehicle is".to_string(),
+        _ if alone => "log phi, which tells on which side of the vertical the vehicle is".to_string(),
         Some(other) => format!("log phi, theta and psi at the same instants, which run `{}` does not", other.name),
         None => "simulate roll or yaw as well".to_string(),
     };

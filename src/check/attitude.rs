@@ -114,7 +114,8 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
                 found.push(Found::new(&codes::UNIT, &channels, text).fault(FaultKind::Unit, r, factor));
             }
             Meaning::Scale => {
-                let text = format!("{r} is {rate} times {}: a scale that is no unit's", a.against);
+                let text =
+                    format!("{r} is {rate} times {}: no unit explains this factor; check the calibration", a.against);
                 found.push(Found::new(&codes::SCALE, &channels, text).fault(FaultKind::Unit, r, a.factor));
             }
         }

@@ -43,8 +43,8 @@ fn own(time: &[f64]) -> Option<Found> {
         uneven.iter().copied().filter(|k| turns(*k) < 5.0 && (turns(*k) - turns(*k).round()).abs() > 0.1).collect();
     let first = *set.first().filter(|_| 50 * uneven.len() <= time.len())?;
     let text = format!(
-        "t steps by {} s at t = {} s where its steps are {} s, as after no lost sample ({} such steps): the clock was \
-         set; everything behind it is that much earlier or later",
+        "t steps by {} s at t = {} s where its usual step is {} s, and lost samples do not explain it ({} such steps): \
+         the clock was set; all later times are off by that much",
         short(time[first] - time[first - 1], 4),
         short(time[first], 6),
         short(step, 4),
@@ -94,8 +94,8 @@ fn second(name: &str, signal: &Signal) -> Option<Vec<Found>> {
     } else if (whole / unit - 1.0).abs() > DRIFT {
         let drift = whole / unit - 1.0;
         let text = format!(
-            "{name} advances {} s while t advances {} s, {} % {}: one of the two is a nominal counter; \
-             take the one that a clock measured as t",
+            "{name} advances {} s while t advances {} s, {} % {}: one of the two is a nominal counter; use the \
+             measured one as t",
             short((x[x.len() - 1] - x[0]) / unit, 5),
             short(time[time.len() - 1] - time[0], 5),
             short(100.0 * drift.abs(), 3),

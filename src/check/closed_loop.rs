@@ -107,8 +107,9 @@ pub fn judge_modes(run: &Run) -> Vec<Found> {
     let total: f64 = stretches.iter().map(|(a, b)| b - a).sum();
     let first = stretches[0];
     let text = format!(
-        "by the modes of the log a controller steers for {} s in {} stretch{}, first from {} to {} s: there the command \
-         follows the motion; leave it out with where = \"{MODE} < 0.5\", or fit with force noise and trust it less",
+        "according to the logged modes, a controller steers for {} s in {} stretch{}, first from {} to {} s: there the \
+         command depends on the motion; exclude it with where = \"{MODE} < 0.5\", or fit with force noise and trust \
+         the result less",
         short(total, 4),
         stretches.len(),
         if stretches.len() == 1 { "" } else { "es" },
@@ -123,8 +124,8 @@ pub fn judge(loops: &[Loop]) -> Vec<Found> {
     let closed = loops.iter().filter(|l| l.spread < HELD && l.correlation < FOLLOWS);
     let say = |l: &Loop| {
         let text = format!(
-            "{} is held by a controller: it stays within {} % while {} follows it (correlation of the changes {}); a fit \
-             would find the controller, not the vehicle; repeat the run with commands of its own",
+            "{} is held by a controller: it stays within {} % while {} reacts to it (correlation of the changes {}); a \
+             fit would identify the controller, not the vehicle; repeat the run with open-loop commands",
             l.channel,
             short(100.0 * l.spread, 2),
             if l.commands.len() == 1 { l.commands[0].clone() } else { format!("the sum of {}", l.commands.join(", ")) },

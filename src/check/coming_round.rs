@@ -42,8 +42,8 @@ pub fn mended(run: &Run) -> Option<(Found, Run)> {
         return None;
     }
     let text = format!(
-        "{psi} jumps by {} rad, {jumps} times, and stays within that: it comes round in radians and was read as degrees; set \
-         columns.{psi}.unit = \"rad\"",
+        "{psi} jumps by {} rad, {jumps} times, and stays within that range: it wraps in radians but was read as \
+         degrees; set columns.{psi}.unit = \"rad\"",
         short(TURN, 3)
     );
     let found = Found::new(&codes::UNIT, &[psi], text).fault(FaultKind::Unit, psi, PI / 180.0);

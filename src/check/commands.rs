@@ -29,7 +29,7 @@ const SWINGS: usize = 2;
 
 /// Advice for thrusters that push the wrong way.
 pub const MISPLACED: &str =
-    "position, axis or sign of one of them is opposite, or body_frame is; mend the [[thruster]] tables";
+    "the position, axis or sign of one of them is reversed, or body_frame is wrong; correct the [[thruster]] tables";
 
 /// Returns the answers of one degree of freedom to its commands; empty if the motion does not
 /// clearly depend on them.
@@ -69,7 +69,7 @@ pub fn as_logged(channel: &str, run: &Run) -> String {
 /// that of the command from which it is computed.
 fn turned(channel: &str, run: &Run) -> String {
     match run.command_of(channel) {
-        Some(command) => format!("turn its command, columns.{command} = {{ name = \"its column\", sign = -1 }}"),
+        Some(command) => format!("reverse its command, columns.{command} = {{ name = \"its column\", sign = -1 }}"),
         None => format!("set columns.{channel}.sign = -1"),
     }
 }
@@ -97,8 +97,8 @@ pub fn judge_signs(run: &Run, signs: &[(&Answer, bool)]) -> Vec<Found> {
             continue;
         }
         let text = format!(
-            "{channel} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite, or two commands are \
-             exchanged; check body_frame, or {}",
+            "{channel} accelerates {} the wrong way ({} ± {} per unit): one of the two has the opposite sign, or two \
+             commands are exchanged; check body_frame, or {}",
             a.velocity,
             short(a.gain, 3),
             short(a.std, 2),
@@ -131,7 +131,7 @@ pub fn judge_placement(run: &Run, dofs: &[Dof], holds: impl Fn(Dof) -> bool) -> 
     }
     let wrong = |(dof, answer): &(Dof, Answer)| {
         let text = format!(
-            "the thrusters, as they are placed, push {dof} the wrong way ({} ± {} per unit of force): {}",
+            "the thrusters, placed as stated, push {dof} the wrong way ({} ± {} per unit of force): {}",
             short(answer.gain, 3),
             short(answer.std, 2),
             MISPLACED
@@ -184,7 +184,7 @@ pub fn judge_delays(run: &Run, answers: &[(Vec<Answer>, f64)], known: bool) -> V
     let cause = if late.iter().all(|(_, d)| d.seconds < 0.0) {
         "the commands are logged later than they act"
     } else {
-        "a delay of the commands, or a lag of the thrusters of about this size"
+        "the commands are delayed, or the thrusters lag by about this much"
     };
     let text = format!("{}: {cause}", late.iter().map(says).collect::<Vec<_>>().join("; "));
     let of = |(of_dof, d): &(&[Answer], Lag)| -> Vec<(String, f64)> {
@@ -236,7 +236,7 @@ mod tests {
     fn the_sign_of_a_force_is_turned_where_it_comes_from() {
         let mut run = Run::default();
         run.signals.insert("V1".into(), Signal::new(vec![0.0, 1.0].into(), vec![0.0, 1.0]));
-        assert_eq!(turned("F1", &run), "turn its command, columns.V1 = { name = \"its column\", sign = -1 }");
+        assert_eq!(turned("F1", &run), "reverse its command, columns.V1 = { name = \"its column\", sign = -1 }");
         assert_eq!(turned("F2", &run), "set columns.F2.sign = -1", "a force that is logged itself");
         assert_eq!(turned("tau_u", &run), "set columns.tau_u.sign = -1");
     }

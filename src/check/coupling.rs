@@ -72,7 +72,8 @@ pub fn judge(ratios: &[Agreement]) -> Vec<Found> {
     // another effect may add to the coupling: a fault is reported only if every ratio is in its range
     if all(|a| (-3.0..-0.4).contains(&a.factor)) {
         let text = format!(
-            "{said}: one axis points the other way, most likely r counts the wrong way round (z up instead of down) with its moment; check body_frame"
+            "{said}: one axis is reversed; most likely r and its moment have the opposite sign (z up instead of down); \
+             check body_frame"
         );
         return vec![Found::new(&codes::SIGN, &["r"], text).fault(FaultKind::Sign, "r", -1.0)];
     }

@@ -48,8 +48,8 @@ fn dead(run: &Run, dof: Dof) -> Option<Found> {
     let most = rate.values().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let total: f64 = turning.iter().map(turn).sum();
     let text = format!(
-        "{r} never exceeds {} rad/s while {alpha} turns by {} rad in all: the gyro or its column is dead; leave {r} out, \
-         {alpha} tells the turn",
+        "{r} never exceeds {} rad/s while {alpha} turns by {} rad in all: the gyro or its column is dead; leave {r} \
+         out, {alpha} shows the rotation",
         short(most, 2),
         short(total, 3)
     );

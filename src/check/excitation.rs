@@ -82,8 +82,8 @@ pub fn of_run(run: &Run, dof: Dof) -> Option<Excitation> {
     if !found.enough && run.signal(dof.velocity()).is_none() {
         found.hidden_by_noise = true;
         found.sentence = format!(
-            "{dof} is told by positions alone, and their noise hides what its commands do from this quick look: a fit, which \
-             filters, may see it"
+            "{dof} has no velocity sensor, and the position noise hides the effect of its commands from this quick \
+             check: a fit, which filters, may still see it"
         );
     }
     Some(found)
@@ -147,8 +147,8 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
     let share = |x: f64| short(100.0 * x.max(0.0), 2);
     if explained < OWED {
         return format!(
-            "{dof} is not excited enough: {held} and its commands explain {} % of how it changes, so that inertia and drag \
-             cannot be told from this run; make the command of {dof} vary (a sine or steps) without a controller",
+            "{dof} is not excited enough: {held} and its commands explain {} % of its changes, so inertia and drag \
+             cannot be identified from this run; vary the command of {dof} (a sine or steps) without a controller",
             share(explained)
         );
     }
@@ -159,8 +159,9 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
         false => "as much as the motion itself".to_string(),
     };
     format!(
-        "{dof} does not show its inertia apart from its drag: {held} and its commands explain {} % of how it changes, but \
-         {term} could be {much} and not be seen; run longer, vary size and frequency of the command, or log faster",
+        "{dof} does not separate its inertia from its drag: {held} and its commands explain {} % of its changes, but \
+         {term} could be {much} without being visible; run longer, vary amplitude and frequency of the command, or log \
+         faster",
         share(explained)
     )
 }
@@ -185,7 +186,7 @@ pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Ve
         short_of.map(|e| Found::new(&codes::EXCITATION, &[e.dof.velocity()], e.sentence.clone())).collect();
     for dof in asked.iter().filter(|d| excitation.iter().all(|e| e.dof != **d)) {
         let text = format!(
-            "{dof} is asked for and this run has no velocity {} with a command that varies: it shows nothing of it",
+            "{dof} is requested, but this run has no velocity {} with a command that varies: it shows nothing of it",
             dof.velocity()
         );
         found.push(Found::new(&codes::EXCITATION, &[dof.velocity()], text));

@@ -50,9 +50,9 @@ pub fn judge(run: &Run, told: &[Found]) -> Vec<Found> {
         };
         let names: Vec<&str> = sensors.iter().map(|(name, _)| *name).collect();
         let text = format!(
-            "{} repeats the noise of {} from sample to sample (F = {}): a controller steers by it, and a fit finds \
-             part of the controller; estimate the random force with it (filter_error does), or repeat the run with \
-             commands of its own",
+            "{} repeats the noise of {} from sample to sample (F = {}): a controller feeds it back, and a fit \
+             identifies part of the controller; estimate the random force as well (filter_error does), or repeat the \
+             run with open-loop commands",
             as_logged(&command, run),
             names.join(", "),
             short(f, 3)

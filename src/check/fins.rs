@@ -90,8 +90,8 @@ pub fn judge(gains: &[Gain]) -> Vec<Found> {
     let wrong = |gain: &Gain| {
         let Gain { channel, turns, value, std } = *gain;
         let text = format!(
-            "{channel} turns the vehicle the wrong way ({} ± {} per unit of {} by u² {channel}): a positive angle is one that \
-             turns it {}; set columns.{channel}.sign = -1",
+            "{channel} turns the vehicle the wrong way ({} ± {} per unit of {} by u² {channel}): a positive angle must \
+             turn it {}; set columns.{channel}.sign = -1",
             short(value, 3),
             short(std, 2),
             turns.velocity(),

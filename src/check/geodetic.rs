@@ -66,7 +66,7 @@ pub fn judge(agreements: &[Agreement]) -> Vec<Found> {
     };
     let channels: Vec<&str> = wrong.iter().map(|a| a.channel.as_str()).collect();
     let text = format!(
-        "{}: all distances are wrong by that; set columns.{}.scale = {}",
+        "{}: all distances are off by this factor; set columns.{}.scale = {}",
         wrong.iter().map(says).collect::<Vec<_>>().join(", "),
         channels[0],
         short(1.0 / wrong[0].factor, 5)

@@ -66,7 +66,7 @@ pub fn latency(lag: Option<Lag>, [first, second]: [&str; 2], least: f64, channel
     let (late, early) = if lag.seconds > 0.0 { (second, first) } else { (first, second) };
     let seconds = lag.seconds.abs();
     let text = format!(
-        "{late} says {} ± {} s later what {early} says: the latency of its sensor",
+        "{late} lags {early} by {} ± {} s: latency of its sensor or its time stamps",
         short(seconds, 3),
         short(2.0 * lag.std, 2)
     );

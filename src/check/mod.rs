@@ -84,7 +84,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     if !degrees.is_empty() && !geodetic.guessed.is_empty() {
         let names: Vec<&str> = geodetic.guessed.iter().map(String::as_str).collect();
         let text = format!(
-            "{} were taken for what their names suggest; name them in the options to be sure",
+            "the columns {} were guessed from their names; name them in the options to be sure",
             names.join(", ")
         );
         found.push(Found::new(&codes::GUESSED, &names, text));

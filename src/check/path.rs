@@ -257,8 +257,8 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     let [x, y] = path.position.each_ref().map(String::as_str);
     if path.contradicted {
         let text = format!(
-            "u and v are as fast as the way over {x}, {y}, and turned by psi they do not go there: psi is another heading, or in \
-             another unit; check columns.psi"
+            "u and v are as fast as the motion over {x}, {y}, but rotated by psi they do not point along it: psi is \
+             another heading, or in another unit; check columns.psi"
         );
         return vec![Found::new(&codes::FRAME, &["psi", x, y], text)];
     }
@@ -266,8 +266,8 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     if (path.turns - 1.0).abs() > 0.1 {
         let (is, read) = if path.turns > 1.0 { ("deg", "rad") } else { ("rad", "deg") };
         let text = format!(
-            "the velocity over {x}, {y} turns {} times as far as psi: most likely psi is in {is} and read as {read}; set \
-             columns.psi.unit, and look at that of r",
+            "the velocity over {x}, {y} turns {} times as far as psi: most likely psi is in {is} and read as {read}; \
+             set columns.psi.unit, and check that of r",
             short(1.0 / path.turns, 3)
         );
         found.push(Found::new(&codes::UNIT, &["psi", x, y], text));
@@ -275,8 +275,9 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     if let Some([ahead, starboard]) = path.arm {
         let told = |(metres, std): (f64, f64)| format!("{} ± {} m", short(metres, 3), short(std, 2));
         let text = format!(
-            "{x}, {y} are measured {} ahead and {} to starboard of where the velocity is: an antenna, a beacon or a DVL with a lever arm; \
-             `hydrosysid discover` finds it as an effect, or bring both to the origin where the log is made",
+            "{x}, {y} are measured {} ahead and {} to starboard of the velocity: an antenna, a beacon or a DVL with a \
+             lever arm; `hydrosysid discover` finds it as an effect, or refer both to the body origin where the log is \
+             made",
             told(ahead),
             told(starboard)
         );
@@ -318,8 +319,8 @@ fn axes(path: &Path) -> Vec<Found> {
     let handed = u.zip(v).is_none_or(|(u, v)| (u.0 - v.0).cos() > 0.0);
     let sign = |c: &str| {
         let text = format!(
-            "{c} points the other way than the position goes: its sign is opposite; check body_frame, \
-             or set columns.{c}.sign = -1"
+            "{c} points opposite to the motion of the position: its sign is reversed; check body_frame, or set \
+             columns.{c}.sign = -1"
         );
         Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)
     };
@@ -333,7 +334,7 @@ fn axes(path: &Path) -> Vec<Found> {
         });
         if let Some(c) = turned_round {
             let text = format!(
-                "the path over {x}, {y} fits heading and velocity only with {c} the other way: set columns.{c}.sign = -1"
+                "the path over {x}, {y} fits heading and velocity only with {c} reversed: set columns.{c}.sign = -1"
             );
             return vec![Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)];
         }
@@ -343,7 +344,8 @@ fn axes(path: &Path) -> Vec<Found> {
             )
         } else {
             format!(
-                "the path over {x}, {y} turns the other way than psi: psi counts the wrong way round, or {y} has the opposite sign; check earth_frame"
+                "the path over {x}, {y} turns opposite to psi: psi has the opposite sign convention, or {y} has the \
+                 opposite sign; check earth_frame"
             )
         };
         return vec![Found::new(&codes::FRAME, &["psi", x, y], text).fault(FaultKind::Frame, "psi", PI)];
@@ -351,7 +353,8 @@ fn axes(path: &Path) -> Vec<Found> {
     match (back(u), back(v)) {
         (Some(true), Some(true)) => {
             let text = format!(
-                "u and v point the other way than {x}, {y} go: the heading is off by half a turn, or both have the opposite sign"
+                "u and v point opposite to the motion over {x}, {y}: the heading is off by 180°, or both have the \
+                 opposite sign"
             );
             return vec![Found::new(&codes::FRAME, &["u", "v", "psi"], text).fault(FaultKind::Frame, "psi", PI)];
         }
@@ -368,13 +371,14 @@ fn axes(path: &Path) -> Vec<Found> {
     // two axes that are turned in opposite senses cannot come from the mounting
     if both && !handed {
         let text = format!(
-            "u and v fit heading and way over {x}, {y} only when they are exchanged: name them rightly in [log.columns]"
+            "u and v fit the heading and the path over {x}, {y} only when they are exchanged: correct their names in \
+             [log.columns]"
         );
         return vec![Found::new(code, &["u", "v"], text).fault(FaultKind::Frame, "psi", offset)];
     }
     let text = format!(
-        "velocity turned by psi points {} deg beside the way over {x}, {y}: the sensor is mounted at this angle, \
-         or psi has this offset",
+        "velocity rotated by psi points {} deg off the path over {x}, {y}: the sensor is mounted at this angle, or psi \
+         has this offset",
         short(offset.to_degrees(), 3)
     );
     vec![Found::new(code, &["u", "v", "psi"], text).fault(FaultKind::Frame, "psi", offset)]

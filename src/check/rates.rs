@@ -69,8 +69,8 @@ pub fn judge(rates: &[ChannelRate]) -> Vec<Found> {
             held.into_iter().partition(|r| (r.rate_hz / first.rate_hz - 1.0).abs() < 0.05);
         let names: Vec<&str> = same.iter().map(|r| r.channel.as_str()).collect();
         let text = format!(
-            "{} change {} times a second in a log of {} rows a second: a slower sensor, each value repeated \
-             for {} rows on average; only the first of them is a measurement: repeated = \"no_sample\" takes it alone",
+            "{} change {} times a second in a log of {} rows a second: a slower sensor, each value repeated for {} \
+             rows on average; only the first of them is a measurement: repeated = \"no_sample\" keeps that one only",
             names.join(", "),
             short(first.rate_hz, 3),
             short(first.logged_hz, 3),

@@ -169,9 +169,10 @@ fn spread(values: &[f64]) -> f64 {
 pub fn judge(smoothed: &[Smoothed]) -> Vec<Found> {
     let say = |s: &Smoothed| {
         let text = format!(
-            "{} is smoothed by an estimator (EKF, complementary filter): its error of about {}° lasts {} s, and its steps are \
-             far quieter than those of a sensor; {} samples are worth about {} of their own. The default fit estimates such \
-             noise; output_error and integral take each sample for a measurement: log the raw compass or tilt beside it",
+            "{} is smoothed by an estimator (EKF, complementary filter): its error of about {}° lasts {} s, and it \
+             varies far less from sample to sample than a sensor does; {} samples are worth about {} independent ones. \
+             The default fit estimates such noise; output_error and integral treat each sample as independent: log the \
+             raw compass or tilt as well",
             s.channel,
             short(s.error.to_degrees(), 2),
             short(s.seconds, 2),

@@ -80,8 +80,8 @@ fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
     let is_it = |f: &Finding| f.code == codes::COMMAND_SIGN.code && f.column.as_deref() == Some(column);
     let Some(place) = report.findings.iter().position(is_it) else { return };
     let text = format!(
-        "{}: by this log {column} acts the wrong way, by {} the right way: look whether a controller moved it here, or its column was \
-         turned in this log; there is no sign to set for all",
+        "{}: in this log {column} acts the wrong way, in {} the right way: check whether a controller moved it here, \
+         or its column has the opposite sign in this log; no one sign is right for all",
         report.run,
         right.join(", ")
     );
@@ -166,7 +166,7 @@ mod tests {
         let mut logs = [log("a", 0.6), log("b", 0.6), log("c", -1.0)];
         weigh(&mut logs, &[]);
         assert_eq!(logs[2].findings[0].code, codes::SIGN_DISAGREES.code);
-        assert!(logs[2].findings[0].message.contains("by a, b the right way"), "{}", logs[2].findings[0].message);
+        assert!(logs[2].findings[0].message.contains("in a, b the right way"), "{}", logs[2].findings[0].message);
         assert_eq!(logs[2].worst(), Light::Amber);
         let mut turned = [log("a", 0.6), log("b", -0.6), log("c", -1.0)];
         weigh(&mut turned, &[]);

@@ -37,8 +37,8 @@ pub fn check(run: &Run) -> Vec<Found> {
             && let Some((first, limit, samples)) = repeat::saturated(signal.values())
         {
             let text = format!(
-                "{name} stays at its extreme {} for {samples} samples, first at t = {} s: a limit was reached; \
-                 where the log holds what was asked for, and not what was sent, the force is less than its curve says",
+                "{name} stays at its extreme {} for {samples} samples, first at t = {} s: a limit was reached; if the \
+                 log holds what was requested and not what was sent, the force is less than its curve says",
                 short(limit, 6),
                 short(signal.time()[first], 6)
             );

@@ -62,16 +62,16 @@ pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
         Instead::Column(dof) => {
             let v = dof.velocity();
             let text = format!(
-                "{v} goes against all thrusters that push {dof}, {right} with them: most likely {v} has the opposite sign; set \
-                 columns.{v}.sign = -1"
+                "{v} opposes all thrusters that push {dof}, while {right} agree: most likely {v} has the opposite \
+                 sign; set columns.{v}.sign = -1"
             );
             Found::new(&codes::COMMAND_SIGN, &[v], text).fault(FaultKind::Sign, v, -1.0)
         }
         Instead::Frame(dofs) => {
             let wrong: Vec<&str> = dofs.iter().map(|dof| dof.velocity()).collect();
             let text = format!(
-                "{} go against all thrusters, {right} with them: most likely the body axes are forward-port-up; set body_frame = \
-                 \"flu\"",
+                "{} oppose all thrusters, while {right} agree: most likely the body axes are forward-port-up; set \
+                 body_frame = \"flu\"",
                 wrong.join(", ")
             );
             Found::new(&codes::COMMAND_SIGN, &wrong, text)
@@ -112,7 +112,7 @@ mod tests {
         let answers = [(Surge, true), (Sway, false), (Sway, false), (Yaw, true)];
         assert_eq!(instead(&answers, free), Some(Instead::Column(Sway)));
         let said = judge(&Instead::Column(Sway), &answers);
-        assert!(said.text.starts_with("v goes against all thrusters that push sway, u, r with them"), "{}", said.text);
+        assert!(said.text.starts_with("v opposes all thrusters that push sway, while u, r agree"), "{}", said.text);
         assert_eq!(instead(&answers, |dof| dof == Sway), None, "other channels say that v is right");
         assert_eq!(instead(&[(Sway, false)], free), None, "nothing else answers");
         assert_eq!(instead(&[(Sway, false), (Sway, true), (Surge, true)], free), None, "one thruster of two");

@@ -33,8 +33,8 @@ pub(super) fn alone(a: &typed::Fit, output: &Output) -> Result<Option<Alone>, Fa
     // refused before the work
     if a.model.is_some() && a.vehicle.is_none() {
         return Err(Failure::Argument(
-            "bench runs make a vehicle file, and that extends a vehicle: add --vehicle NAME, as `hydrosysid vehicles` \
-             lists them, or a vehicle file"
+            "bench runs produce a vehicle file, which extends an existing vehicle: add --vehicle NAME, as listed by \
+             `hydrosysid vehicles`, or a vehicle file"
                 .into(),
         ));
     }

@@ -88,33 +88,30 @@ fn verdict(found: &Check) -> String {
     let of = |light: Light| found.logs.iter().filter(|log| log.verdict == light).count();
     let logs = count(found.logs.len(), "log");
     if found.logs.is_empty() && found.verdict != Light::Red {
-        return "no run of a moving vehicle to look at: runs on a bench are judged by `fit`".into();
+        return "no run of a moving vehicle to check: bench runs are judged by `fit`".into();
     }
     match (of(Light::Red), of(Light::Amber), found.verdict) {
-        (0, 0, Light::Green) => format!("nothing in {logs} speaks against a fit"),
+        (0, 0, Light::Green) => format!("nothing in {logs} argues against a fit"),
         (0, 0, Light::Amber) => {
-            format!("nothing in {logs} by itself speaks against a fit, the campaign asks for attention")
+            format!("nothing in {logs} by itself argues against a fit, but the campaign needs attention")
         }
         (0, 0, Light::Red) => "the campaign cannot be used as it is".into(),
         (0, amber, _) => {
-            part(amber, "asks for attention", "ask for attention", found.logs.len()) + " before a fit is believed"
+            part(amber, "needs attention", "need attention", found.logs.len()) + " before a fit can be trusted"
         }
-        (red, _, _) if found.errors.is_empty() => part(
-            red,
-            "is not what it says; mend it before a fit",
-            "are not what they say; mend them before a fit",
-            found.logs.len(),
-        ),
+        (red, _, _) if found.errors.is_empty() => {
+            part(red, "is faulty; correct it before a fit", "are faulty; correct them before a fit", found.logs.len())
+        }
         (red, ..) => part(
             red,
-            "cannot be used as it is; mend it before a fit",
-            "cannot be used as they are; mend them before a fit",
+            "cannot be used as it is; correct it before a fit",
+            "cannot be used as they are; correct them before a fit",
             found.logs.len(),
         ),
     }
 }
 
-/// `2 of 6 logs ask for attention`, `1 of 6 logs asks …`, `the log asks …`.
+/// `2 of 6 logs need attention`, `1 of 6 logs needs …`, `the log needs …`.
 fn part(some: usize, of_one: &str, of_many: &str, all: usize) -> String {
     match (some, all) {
         (1, 1) => format!("the log {of_one}"),

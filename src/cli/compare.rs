@@ -135,8 +135,9 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         // a controller reacts to disturbances; a free simulation with its commands has the
         // reactions without the disturbances
         0 if !off.is_empty() => format!(
-            "The model errs as predicted 8 s ahead on {runs} {which}. Left to itself it drifts {} times as far as predicted in \
-             {place}, as motion does that is hardly stable, or where a controller steers and its commands answer what pushed the vehicle.",
+            "The model errs as predicted 8 s ahead on {runs} {which}. In free simulation it drifts {} times as far as \
+             predicted in {place}: typical of nearly unstable motion, or of commands from a controller that reacted to \
+             disturbances.",
             size(most.times())
         ),
         0 => format!(
@@ -144,7 +145,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
             size(most.times())
         ),
         n => format!(
-            "The model errs more than it should on {n} of {runs} {which}: most beside {against} in {place}, {} times that.",
+            "The model errs more than expected on {n} of {runs} {which}; at worst {} times {against}, in {place}.",
             size(most.times())
         ),
     };
@@ -152,7 +153,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         || " No noise explains the runs: the model cannot follow them.".to_string(),
         |found| format!(" {}", found.sentence()),
     );
-    let weak = found.map(|found| found.beyond_turbulence(": who expects to err so much proves little of the model"));
+    let weak = found.map(|found| found.beyond_turbulence(": a model that expects such errors has proven little"));
     (text + &noise + &weak.unwrap_or_default(), !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
 }
 
@@ -176,7 +177,8 @@ fn print_table(worst: &[Row<'_>], output: &Output) {
     }
     if let Some(most) = worst.iter().map(|row| row.of.pieces).max().filter(|pieces| *pieces > 1) {
         output.print(&super::table::wrapped(&format!(
-            "* simulated in up to {}, each from a state of its own: at gaps, or because the motion is unstable (C001)",
+            "* simulated in up to {}, each from its own initial state: at gaps, or because the motion is unstable \
+             (C001)",
             count(most, "piece")
         )));
     }
@@ -244,8 +246,8 @@ fn published_verdict(found: &PublishedComparison) -> String {
     };
     let source = if found.source.is_empty() { String::new() } else { format!(" Published: {}.", found.source) };
     format!(
-        "{out} of {} lie outside the 95 % intervals of the own model. On the runs the published ones err {} times the noise \
-         of the sensors, the own ones {} times.{source}",
+        "{out} of {} lie outside the 95 % intervals of your own model. On the runs, the published parameters err {} \
+         times the sensor noise, your own {} times.{source}",
         count(known, "published parameter"),
         size(mean(&found.runs)),
         size(mean(&found.own_runs))

@@ -41,7 +41,7 @@ const ELSEWHERE: [(&str, &str); 16] = [
 /// it; determined from its first bytes, independent of its name.
 fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
     if log.is_dir() {
-        return Some(("a folder, as a ROS 2 bag is".into(), "ros"));
+        return Some(("a folder, such as a ROS 2 bag".into(), "ros"));
     }
     // a pipe can be read only once: its reader determines the kind
     if log.exists() && !log.is_file() {
@@ -56,7 +56,7 @@ fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
         Err(_) => {
             let end = log.extension().map(|e| e.to_string_lossy().to_lowercase());
             let found = ELSEWHERE.iter().find(|(e, _)| Some(*e) == end.as_deref());
-            found.map(|(_, extra)| ("there is no such file, and by its name it is no CSV".into(), *extra))
+            found.map(|(_, extra)| ("there is no such file, and its name is not that of a CSV file".into(), *extra))
         }
     }
 }
@@ -67,7 +67,7 @@ fn reads(log: &Path) -> Result<(), Failure> {
     elsewhere(log).map_or(Ok(()), |(what, extra)| {
         let package = if extra.is_empty() { "hydrosysid".to_string() } else { format!("hydrosysid[{extra}]") };
         let text = format!(
-            "{}: {what}; such logs are read by the command of the Python package: pip install '{package}'",
+            "{}: {what}; such logs need the command of the Python package: pip install '{package}'",
             log.display()
         );
         Err(Failure::Argument(text))
@@ -87,11 +87,13 @@ fn mapped(map: Option<&Path>, typed: &Reading) -> Result<LogOptions, Failure> {
 
 pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure> {
     let Some(to) = a.output.as_ref().or(a.out.as_ref()) else {
-        return Err(Failure::Argument("say with -o which file to write".into()));
+        return Err(Failure::Argument("give the file to write with -o".into()));
     };
     let is_data = Output::is_stdout(to);
     if is_data && output.json_on_stdout() {
-        return Err(Failure::Argument("standard output takes the log or the JSON: give one of them a file".into()));
+        return Err(Failure::Argument(
+            "standard output can take either the log or the JSON: give one of them a file".into(),
+        ));
     }
     output.may_write(Some(to).filter(|_| !is_data).map(PathBuf::as_path))?;
     reads(&a.log)?;

@@ -19,7 +19,7 @@ const POORLY: f64 = 2.0;
 /// all with `--verbose`.
 pub(super) fn print(found: &EachRun, output: &Output) {
     if found.models.len() < 2 {
-        answer::verdict("Fewer than two runs can stand alone: there is nothing to cross.", output);
+        answer::verdict("Fewer than two runs can be fitted alone: no cross-validation is possible.", output);
         return;
     }
     let mut dofs: Vec<(&Measured, f64)> =
@@ -27,18 +27,20 @@ pub(super) fn print(found: &EachRun, output: &Output) {
     dofs.sort_by(|a, b| b.1.total_cmp(&a.1));
     let Some((worst, times)) = dofs.first().copied() else {
         answer::verdict(
-            "No model of a single run can be simulated on another run that logs what it predicts: there is no matrix.",
+            "No model of a single run can be simulated on another run that logs what it predicts: no cross-validation \
+             is possible.",
             output,
         );
         return;
     };
     answer::verdict(
         &format!(
-            "{} of single runs on all others: in {worst} the median error on another run is {} times that on the own one. {}",
+            "{} of single runs on all others: in {worst} the median error on another run is {} times that on its own \
+             run. {}",
             count(found.models.len(), "model"),
             number(times),
             if times > POORLY {
-                "Where a model carries over badly, its run does not show what the other one needs."
+                "If a model transfers badly, its run does not show what the other run needs."
             } else {
                 "Each run shows what the others need."
             }
@@ -114,7 +116,7 @@ fn matrix(found: &EachRun, dof: &Measured, output: &Output) {
     }
     let alone: Vec<String> = runs.iter().filter(|run| !models.contains(run)).map(|run| label(run)).collect();
     if !alone.is_empty() {
-        output.print(&super::table::wrapped(&format!("without a model of their own: {}", alone.join(", "))));
+        output.print(&super::table::wrapped(&format!("without their own model: {}", alone.join(", "))));
     }
 }
 

@@ -52,16 +52,16 @@ fn degrees(n: usize) -> String {
 fn verdict(found: &ModelDifference) -> String {
     let models = format!("A is {}, B is {}.", found.a, found.b);
     let Some(joint) = found.joint else {
-        return format!("No common parameter was estimated: nothing can be told apart. {models}");
+        return format!("No common parameter was estimated: the models cannot be compared. {models}");
     };
     let p = p_value(joint.p_value);
     let common = count(found.parameters.len(), "common parameter");
     if joint.p_value >= LEVEL {
-        return format!("The models agree: {common} differ no more than chance makes them ({p}). {models}");
+        return format!("The models agree: {common} differ no more than by chance ({p}). {models}");
     }
     let most = found.parameters.iter().filter(|p| p.z.is_some());
     let most = most.max_by(|p, q| p.z.map(f64::abs).unwrap_or(0.0).total_cmp(&q.z.map(f64::abs).unwrap_or(0.0)));
     let most = most
         .map_or(String::new(), |m| format!(", most in {} ({:+.1} standard deviations)", m.effect, m.z.unwrap_or(0.0)));
-    format!("The models differ: {common} are farther apart than chance makes them ({p}){most}. {models}")
+    format!("The models differ: {common} differ by more than chance ({p}){most}. {models}")
 }

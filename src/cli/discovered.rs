@@ -38,12 +38,10 @@ pub(super) fn print(found: &Discovery, output: &Output) {
         output.print(&wrapped(&format!("something {}", like.told())));
     }
     if !found.removed.is_empty() {
-        output.print(&format!("added and dropped again: {}", found.removed.join(", ")));
+        output.print(&format!("added and removed again: {}", found.removed.join(", ")));
     }
-    output.print(&format!(
-        "\nthe gap: simulated less measured on runs that took no part, in units of the noise\n{}",
-        gap(found)
-    ));
+    output
+        .print(&format!("\nthe gap: simulated minus measured on held-out runs, in units of the noise\n{}", gap(found)));
     place(found, output);
     smallest(found, output);
     if let Some(next) = &found.next_experiment {
@@ -103,11 +101,11 @@ fn gap(found: &Discovery) -> String {
     let columns: Vec<&Measured> = first.held_out_rms.keys().collect();
     let mut rows: Vec<Vec<String>> = Vec::new();
     for (k, step) in found.gap.iter().enumerate() {
-        let later = if step.dropped { " (dropped later)" } else { "" };
+        let later = if step.dropped { " (removed later)" } else { "" };
         let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}{later}"));
         let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
             // the simulation has diverged
-            (Some(rms), _) if !rms.is_finite() => "runs away".into(),
+            (Some(rms), _) if !rms.is_finite() => "diverges".into(),
             (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", size(*rms), rms / noise),
             (Some(rms), _) => size(*rms),
             _ => String::new(),
@@ -147,7 +145,7 @@ fn place(found: &Discovery, output: &Output) {
         output.print(&table(&["run", "in", "seconds", "x noise", "condition"], &rows));
     }
     if found.places.len() > SHOWN {
-        output.print(&format!("and {} more places: --json has them all", found.places.len() - SHOWN));
+        output.print(&format!("and {} more: --json has them all", found.places.len() - SHOWN));
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) enum Failure {
     #[error("{} exists: choose another name, or replace it with --force", .0.display())]
     Exists(PathBuf),
     /// An output that would replace an input of the call.
-    #[error("{}: this call reads that file, and no output replaces it: choose another name", .0.display())]
+    #[error("{}: this call reads that file and must not overwrite it: choose another name", .0.display())]
     Input(PathBuf),
     /// An output cannot be written.
     #[error("{} cannot be written: {source}", .file.display())]
@@ -67,7 +67,7 @@ pub(super) enum Failure {
     #[error(transparent)]
     Stopped(#[from] crate::progress::Stopped),
     /// Warnings that `--strict` treats as errors.
-    #[error("{}, and --strict takes warnings as errors", count(*.0, "warning"))]
+    #[error("{}, and --strict treats warnings as errors", count(*.0, "warning"))]
     Strict(usize),
 }
 

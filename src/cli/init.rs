@@ -88,15 +88,15 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     }
     let place = if a.output.as_deref() == Some(file) { file } else { folder };
     let guesses = count(scaffold.guesses, "guess");
-    output.print(&wrapped(&format!("{} written, with {guesses} to read through (`# guessed:`)", file.display())));
+    output.print(&wrapped(&format!("{} written, with {guesses} to check (`# guessed:`)", file.display())));
     if !scaffold.left_out.is_empty() {
         output.print(&wrapped(&format!("left out of the model: {}", scaffold.left_out.join(", "))));
     }
     let is_unread = !request.logs.is_empty() && scaffold.unread.len() == request.logs.len();
     if is_unread {
         output.print(&wrapped(
-            "no log could be read (see the warnings): no run stands in it. Mend the logs or say how they are read; the next init \
-             replaces the file",
+            "no log could be read (see the warnings): the campaign has no run. Correct the logs or say how to read \
+             them; the next init replaces the file",
         ));
     }
     output.json(
@@ -132,7 +132,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     match File::open(to) {
         Ok(there) if is_same(&log, &there).map_err(unread)? => Ok(()),
         Ok(_) => Err(Failure::Argument(format!(
-            "{} is there already and is another log than {}: rename one of them",
+            "{} already exists and is a different log from {}: rename one of them",
             to.display(),
             from.display()
         ))),

@@ -39,7 +39,7 @@ pub(super) fn is_a_file(path: &Path) -> Result<(), Failure> {
         about if about.is_file() => Ok(()),
         about if about.is_dir() => Err(unread(std::io::ErrorKind::IsADirectory.into())),
         _ => {
-            let text = format!("{} gives what it holds only once: save it as a file first", path.display());
+            let text = format!("{} can be read only once: save it as a file first", path.display());
             Err(Failure::Argument(text))
         }
     }

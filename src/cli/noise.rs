@@ -17,7 +17,7 @@ pub(super) fn print(noise: &Noise, converged: bool, output: &Output) {
     }
     output.print(match noise.innovations_white {
         true => "innovations are white",
-        false => "innovations are not white: something that the noise cannot be is left in them",
+        false => "innovations are not white: they contain something that the noise model does not explain",
     });
     if let Some(held_back) = &noise.held_back {
         output.print(&held_back.sentence());
@@ -68,7 +68,7 @@ fn row(noise: &Noise, dof: Dof, ahead: f64) -> Option<Vec<String>> {
     let mean = |f: &dyn Fn(&Predicted) -> f64| (of.iter().map(|p| f(p).powi(2)).sum::<f64>() / of.len() as f64).sqrt();
     let (rms, expected) = (mean(&|p| p.rms), mean(&|p| p.expected));
     let verdict = if !rms.is_finite() {
-        "runs away".into()
+        "diverges".into()
     } else if rms > 1.2 * expected {
         format!("{} times", number(rms / expected))
     } else {

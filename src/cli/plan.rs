@@ -97,8 +97,9 @@ fn source(a: &typed::Plan, output: &Output) -> Result<PlanSource, Failure> {
 fn limits(typed: &[(String, f64)]) -> Result<BTreeMap<Dof, f64>, Failure> {
     let of = |(name, limit): &(String, f64)| {
         let known = || nearest(name, Dof::ALL.map(Dof::name)).map(|n| format!(", did you mean `{n}`?"));
-        let wrong =
-            || Failure::Argument(format!("--limit: `{name}` is no degree of freedom{}", known().unwrap_or_default()));
+        let wrong = || {
+            Failure::Argument(format!("--limit: `{name}` is not a degree of freedom{}", known().unwrap_or_default()))
+        };
         Dof::from_name(name).map(|dof| (dof, *limit)).ok_or_else(wrong)
     };
     typed.iter().map(of).collect()

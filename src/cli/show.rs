@@ -108,7 +108,7 @@ fn demo_verdict(made: &Demo) -> String {
         false => format!("Hidden and not found again: {names}. {}", made.discovery.sentence),
     };
     format!(
-        "{found} {near} of {} of the staged procedure lie within two standard deviations of the truth.",
+        "{found} {near} of {} of the staged procedure lie within two standard errors of the truth.",
         count(known.len(), "estimate"),
     )
 }
@@ -142,7 +142,7 @@ fn print_staged(made: &Demo, output: &Output) {
         })
         .collect();
     output.print(&table(&["stage", "dof", "rows", "cond(HᵀH)", "cond scaled"], &rows));
-    output.print("Staged against all at once with a differentiated yaw rate: a good match is not a true value.");
+    output.print("Staged against all at once with a differentiated yaw rate: a good match does not mean a true value.");
     let rows: Vec<Vec<String>> = made
         .twins
         .iter()

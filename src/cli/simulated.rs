@@ -63,12 +63,13 @@ fn verdict(errors: &[(&Simulated, Option<Error>)]) -> String {
     let known = judged.filter_map(|(run, error)| Some((run, error.as_ref()?)));
     let worst = known.max_by(|a, b| a.1.share().total_cmp(&b.1.share()));
     let runs = count(errors.len(), "run");
-    let of = if any_held { "Of those that took no part in the fit" } else { "Of them" };
+    let of = if any_held { "Among the held-out runs" } else { "Among them" };
     // `compare` ranks by another measure: the predicted error
     match worst {
         None => format!("{runs} simulated; none logs a velocity that the model predicts."),
         Some((run, e)) => format!(
-            "{runs} simulated. {of} the greatest part of the motion is missed in {} of {}, which is off by {} {} (rms), {:.0} % of the motion in the run that moves most there.",
+            "{runs} simulated. {of}, the largest error relative to the motion is in {} of {}: {} {} (rms), {:.0} % of \
+             the motion in the run that moves most there.",
             e.dof,
             run.run,
             size(e.rms),

@@ -32,7 +32,7 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     }
     if a.vehicle.is_some() {
         return Err(Failure::Argument(
-            "--vehicle is for bench runs: of other runs the campaign holds the vehicle".into(),
+            "--vehicle applies to bench runs: for other runs the campaign holds the vehicle".into(),
         ));
     }
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
@@ -68,7 +68,7 @@ fn kept(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
     let estimator = a.estimator.map(Into::into);
     let mut fitted = output.working("fitting", || campaign::fit(&loaded, FitOptions { estimator }))??;
     if a.thorough {
-        output.working("looking closer", || campaign::examine(&loaded, &mut fitted))??;
+        output.working("examining more closely", || campaign::examine(&loaded, &mut fitted))??;
     }
     if a.filters {
         fitted.filters = output.working("the same with filters", || campaign::filters(&loaded))??;

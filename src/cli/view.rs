@@ -20,7 +20,7 @@ pub(super) fn view(a: &typed::View, output: &Output) -> Result<(), Failure> {
     // now, because a caller may be waiting for the address
     output.finish()?;
     if !a.no_browser && !open(&address) {
-        output.remark("no browser could be opened: open the address above yourself");
+        output.remark("no browser could be opened: open the address above in one");
     }
     output.remark("this page is served until Ctrl-C");
     view.serve();

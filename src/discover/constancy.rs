@@ -69,19 +69,20 @@ pub struct ChangedParameter {
 }
 
 impl ChangedParameter {
-    /// `Not the same at all times: k_r of linear_drag@yaw is 0.83 ± 0.03 kg*m2/s more from 31 s of run04 on.`, or, if
+    /// `Not constant: k_r of linear_drag@yaw is 0.83 ± 0.03 kg*m2/s more from 31 s of run04 on.`, or, if
     /// no one value fits, the part of the log where this shows most.
     pub fn told(&self) -> String {
         if self.is_event() {
-            return format!("Not the same at all times: {}.", self.event_in_words());
+            return format!("Not constant: {}.", self.event_in_words());
         }
         if self.alone {
-            return format!("Not the same at all times: {}.", self.change_in_words());
+            return format!("Not constant: {}.", self.change_in_words());
         }
         let (effect, symbol) = self.parameter.split_once(' ').unwrap_or((&self.parameter, ""));
         let at = self.from.map_or(format!("in {}", self.run), |from| format!("from {from:.0} s of {} on", self.run));
         format!(
-            "The parameters make up for it with other values in one part of the log than in another, {symbol} of {effect} most, {at}."
+            "The parameters compensate for it with different values in different parts of the log, {symbol} of \
+             {effect} most, {at}."
         )
     }
 
@@ -287,7 +288,7 @@ mod tests {
         };
         assert_eq!(
             begun.told(),
-            "Not the same at all times: from 36 s of b on there is loss of thrust between thruster and hull in surge \
+            "Not constant: from 36 s of b on there is loss of thrust between thruster and hull in surge \
              (thrust_interaction_loss@surge), eta_u = 0.70 ± 0.010."
         );
     }
@@ -301,12 +302,12 @@ mod tests {
         assert!(mass.is_event() && !mass.absent);
         assert_eq!(
             mass.told(),
-            "Not the same at all times: in run1 alone the mass is 2.500 ± 0.012 kg less than in the other runs."
+            "Not constant: in run1 alone the mass is 2.500 ± 0.012 kg less than in the other runs."
         );
         let drag = ChangedParameter { parameter: "drag".into(), from: Some(36.2), change: 0.4, relative: true, ..mass };
         assert_eq!(
             drag.told(),
-            "Not the same at all times: from 36 s of run1 on, the drag is 1.400 ± 0.012 times what it was before."
+            "Not constant: from 36 s of run1 on, the drag is 1.400 ± 0.012 times what it was before."
         );
         let between = [("run0", 12.0), ("run1", 36.2)].map(|(run, at)| RunInstant { run: run.into(), at }).to_vec();
         let told = ChangedParameter { between, ..drag.clone() }.told();
@@ -320,7 +321,7 @@ mod tests {
     fn what_is_not_alone_is_told_as_no_change() {
         let (fit, runs) = fitted(1.2, 5);
         let told = ChangedParameter { alone: false, ..changed(&fit, &runs, 1, |_| true).unwrap() };
-        assert!(told.told().contains("make up for it with other values"), "{}", told.told());
+        assert!(told.told().contains("compensate for it with different values"), "{}", told.told());
     }
 
     /// Ten campaigns without a change: their p are spread over (0, 1), and none is small enough to be reported.

@@ -126,7 +126,7 @@ fn condition(model: &Model, runs: &[Run], dof: &Measured, windows: &[Window]) ->
         Some((r, name)) if r > 0.5 => {
             format!("{dof}: the disagreement grows with {name} (correlation {r:.2} over windows of {WINDOW} s)")
         }
-        _ => format!("{dof}: the disagreement goes with no single state, command or time"),
+        _ => format!("{dof}: the disagreement correlates with no single state, command or time"),
     }
 }
 

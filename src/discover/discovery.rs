@@ -116,7 +116,7 @@ const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
     kind: "held-out",
     severity: Severity::Warning,
-    meaning: "No run has the role `validate`: each run was predicted by an estimate without it, and the gap is that of \
+    meaning: "No run has the role `validate`: each run was predicted by an estimate without it, and the gap is that on \
               the runs of the fit.",
 };
 
@@ -124,16 +124,16 @@ const TIED: Code = Code {
     code: "D103",
     kind: "also-possible",
     severity: Severity::Warning,
-    meaning: "Other effects explain this data as well as the one that was named: see `also_possible` in the JSON, and run the \
-              experiment that would tell them apart.",
+    meaning: "Other effects explain this data as well as the one that was named: see `also_possible` in the JSON, and \
+              run the experiment that would separate them.",
 };
 
 const COMMANDS_HELD: Code = Code {
     code: "D106",
     kind: "commands-held",
     severity: Severity::Warning,
-    meaning: "A delay of half a sample of the commands is what a straight line between held commands looks like: set \
-              `input = \"hold\"` in [model], and look again.",
+    meaning: "A delay of half a sample of the commands is the signature of held commands that are interpolated \
+              linearly: set `input = \"hold\"` in [model], and search again.",
 };
 
 /// Something is missing, and no effect of the catalogue explains it.
@@ -141,24 +141,25 @@ pub const NO_NAME: Code = Code {
     code: "D107",
     kind: "no-name",
     severity: Severity::Warning,
-    meaning: "The model lacks something that no effect of the catalogue explains. Its parameters make up for it in these runs, and \
-              mislead in others: they are no physics yet.",
+    meaning: "The model lacks something that no effect of the catalogue explains. Its parameters compensate for it in \
+              these runs and mislead in others: they have no physical meaning yet.",
 };
 
 const BEYOND_THE_FIT: Code = Code {
     code: "D108",
     kind: "beyond-the-fit",
     severity: Severity::Warning,
-    meaning: "The model fails only on runs that took no part and go beyond the speeds or forces of those that did: what is \
-              missing there the runs of the fit do not show. Let such a run take part in the fit.",
+    meaning: "The model fails only on held-out runs that go beyond the speeds or forces of the runs of the fit: those \
+              do not show what is missing there. Include such a run in the fit.",
 };
 
 const ELSEWHERE: Code = Code {
     code: "D109",
     kind: "not-shown",
     severity: Severity::Warning,
-    meaning: "The model fails on runs that took no part, and the runs of the fit do not show what it lacks: what is missing hardly \
-              acts in them, as a Coriolis force where each degree of freedom is moved alone. Let such a run take part in the fit.",
+    meaning: "The model fails on held-out runs, and the runs of the fit do not show what it lacks: the missing effect \
+              hardly acts in them, like a Coriolis force where each degree of freedom is moved alone. Include such a \
+              run in the fit.",
 };
 
 /// A run of the role `validate` took part in the fit of a search.
@@ -166,9 +167,9 @@ pub(super) const TOOK_PART: Code = Code {
     code: "D110",
     kind: "took-part",
     severity: Severity::Warning,
-    meaning: "The runs of the fit alone did not explain those that were held out, or left a modelled degree of freedom at rest that those \
-              move: some of these took part in the fit of the search, and those that were left judged it. Give them role = \"train\" \
-              before the model is fitted.",
+    meaning: "The runs of the fit alone did not explain the held-out runs, or left at rest a modelled degree of \
+              freedom that those move: the search used some of these in its fit, and the remaining ones judged it. \
+              Give them role = \"train\" before the model is fitted.",
 };
 
 /// Something begins or changes within the runs of the fit, or acts in one of them alone.
@@ -176,8 +177,8 @@ const CHANGED: Code = Code {
     code: "D111",
     kind: "changed",
     severity: Severity::Warning,
-    meaning: "Something changed within the runs of the fit, or acts in one of them alone: parameters that are fitted to all of them mix \
-              two states of the vehicle. Fit them apart.",
+    meaning: "Something changed within the runs of the fit, or acts in one of them alone: parameters fitted to all of \
+              them mix two states of the vehicle. Fit them separately.",
 };
 
 /// Searches once for effects that `baseline` lacks, with the runs of `task` divided as they are.
@@ -239,7 +240,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     if !alike.is_empty() {
         warnings.push(Finding::new(
             &TIED,
-            format!("{}: run the experiment that would tell them apart", alike.trim().trim_end_matches('.')),
+            format!("{}: run the experiment that would separate them", alike.trim().trim_end_matches('.')),
         ));
     }
     let as_lines = half_a_sample(&effects, train).filter(|_| fit.model.input == Interpolation::Linear);
@@ -290,8 +291,8 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         sentence: match as_lines {
             _ if is_hopeless => moved_otherwise(&otherwise),
             Some(seconds) if passes => format!(
-                "Commands that are held were read as straight lines, which looks like a delay of half of their sample time, {} s: \
-                 set `input = \"hold\"` in [model], and look again.",
+                "Held commands were interpolated linearly, which looks like a delay of half of their sample time, {} \
+                 s: set `input = \"hold\"` in [model], and search again.",
                 digits(seconds)
             ),
             _ => sentence(

@@ -127,8 +127,8 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
                 p_value: added.p_value,
                 also_possible: added.also_possible.clone(),
                 evidence: format!(
-                    "−2 ln L falls by {} on the runs of the fit and by {} on those that took no part; beside a refit of the \
-                     model {:.0} % of its signal is explained by existing parameters",
+                    "−2 ln L falls by {} on the runs of the fit and by {} on the held-out runs; after refitting the \
+                     model, {:.0} % of its signal is explained by existing parameters",
                     digits(added.gain),
                     digits(added.held_out_gain),
                     100.0 * (1.0 - added.left.min(1.0)),

@@ -54,7 +54,7 @@ const WORSE: f64 = 0.01;
 const UNSEEN: f64 = 1.0;
 
 /// Objection to a name that held-out runs do not show.
-pub(super) const NOT_SHOWN: &str = "no run that took no part shows it: hold one out that does";
+pub(super) const NOT_SHOWN: &str = "no held-out run shows it: hold out one that does";
 
 /// Result of the test of a name on held-out runs.
 #[derive(Debug, Clone)]
@@ -120,9 +120,9 @@ pub(super) fn agree(
     }
     if gain.is_nan() || gain <= least {
         let against = if task.held.is_empty() {
-            "estimated without a run, it predicts that run no better than the model without it"
+            "in cross-validation it predicts the run left out no better than the model without it"
         } else if is_shown(candidate, with, task).unwrap_or(true) {
-            "runs that took no part are predicted no better with it than by chance"
+            "it predicts the held-out runs no better than by chance"
         } else {
             NOT_SHOWN
         };
@@ -132,7 +132,7 @@ pub(super) fn agree(
         [] => None,
         runs => worse(without, with, (runs, task.fitting))?,
     };
-    let told = |channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`");
+    let told = |channel| format!("it predicts the held-out runs worse {AHEAD} s ahead, in `{channel}`");
     Ok(HeldOut { gain, cost, against: against.map(told) })
 }
 

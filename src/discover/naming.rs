@@ -195,7 +195,7 @@ fn at_the_top(
     let tight = filter_error_from(&rough.fit.model, task.train, rough.fit.noise.clone(), &level(task));
     let (fit, score) = match tight {
         Ok(fit) => (fit, rough.score.clone()),
-        Err(error) => return Ok(Err(format!("beside the rest of the model it is not determined: {error}"))),
+        Err(error) => return Ok(Err(format!("next to the rest of the model it is not determined: {error}"))),
     };
     let Some(fit) = higher(&here.model, &fit, candidate, task.train, &level(task)) else {
         let Contender { gain, held_out, held_out_cost, .. } = *rough;

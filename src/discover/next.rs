@@ -41,23 +41,23 @@ fn shown_by(name: &str) -> Option<String> {
 /// The run that distinguishes a name from the others of its class.
 fn separate(tied: &FoundEffect) -> String {
     if tied.id == id::THRUST_DELAY && tied.also_possible == [id::SENSOR_DELAY] {
-        return "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
+        return "No run of the vehicle can separate a late thrust from a late log: compare the clocks of command and \
                 navigation on the bench."
             .into();
     }
     let rivals = tied.also_possible.join(", ");
     let others: Vec<&str> = tied.also_possible.iter().map(|name| id_of(name)).collect();
     if let Some(run) = separating(id_of(&tied.id), &others) {
-        return format!("To tell {} from {rivals}, {run}.", tied.id);
+        return format!("To separate {} from {rivals}, {run}.", tied.id);
     }
-    let shown = |name: &str| shown_by(name).map(|data| format!("{name} shows by {data}"));
+    let shown = |name: &str| shown_by(name).map(|data| format!("{name} is shown by {data}"));
     let each: Vec<String> = std::iter::once(tied.id.as_str())
         .chain(tied.also_possible.iter().map(String::as_str))
         .filter_map(shown)
         .collect();
     match each.is_empty() {
-        true => format!("To tell {} from {rivals}, vary what their formulas read one at a time.", tied.id),
-        false => format!("To tell {} from {rivals}: {}.", tied.id, each.join("; ")),
+        true => format!("To separate {} from {rivals}, vary the quantities in their formulas one at a time.", tied.id),
+        false => format!("To separate {} from {rivals}: {}.", tied.id, each.join("; ")),
     }
 }
 
@@ -73,23 +73,23 @@ fn look(open: &[Measured], residuals: &[Residual]) -> String {
             let place = if names.is_empty() { String::new() } else { format!(" in {}", names.join(", ")) };
             return format!(
                 "Repeat a run with the same command at another depth, heading or time of day, and see whether the \
-                 disagreement{place} repeats: what repeats is of the vehicle, what does not is of its surroundings."
+                 disagreement{place} repeats: if it does, the vehicle causes it; if not, its surroundings do."
             );
         }
     };
     match with {
-        "heading" => format!("The missing force in {dof} goes with the heading: repeat one run on four headings."),
-        "depth" => format!("The missing force in {dof} goes with the depth: repeat one run at three depths."),
+        "heading" => format!("The missing force in {dof} depends on the heading: repeat one run on four headings."),
+        "depth" => format!("The missing force in {dof} depends on the depth: repeat one run at three depths."),
         "time" => format!(
             "The missing force in {dof} drifts with time: repeat one run at the beginning and at the end of the day, \
              with the supply voltage logged."
         ),
         amplitude if amplitude.starts_with("amplitude") => format!(
-            "The missing force in {dof} goes with the amplitude: oscillate at three amplitudes and two periods each."
+            "The missing force in {dof} depends on the amplitude: oscillate at three amplitudes and two periods each."
         ),
         quantity => format!(
-            "The missing force in {dof} goes with {quantity}: vary {quantity} over its whole range, slowly and with all \
-             else as steady as it can be held, so that the form of the force can be read off."
+            "The missing force in {dof} depends on {quantity}: vary {quantity} over its whole range, slowly and with \
+             all else as steady as possible, to see the form of the force."
         ),
     }
 }
@@ -99,9 +99,9 @@ pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
     let names: Vec<String> = dofs.iter().map(ToString::to_string).collect();
     (!dofs.is_empty()).then(|| {
         format!(
-            "Drive {} by commands of their own, both ways and up to full thrust, in calm water and with a slack tether. If \
-             the log holds such runs, its commands are not those that the thrusters had: look at their columns, order, signs \
-             and scale.",
+            "Drive {} with open-loop commands, in both directions and up to full thrust, in calm water and with a \
+             slack tether. If the log already has such runs, its commands are not those that the thrusters received: \
+             check their columns, order, signs and scale.",
             names.join(", ")
         )
     })
@@ -111,8 +111,8 @@ pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
 pub(super) fn take_part(runs: &[&str]) -> Option<String> {
     let one = runs.first()?;
     Some(format!(
-        "Let {} take part in the fit (role = \"train\"), hold another run out, and look again: no run of the fit goes where {one} \
-         goes.",
+        "Include {} in the fit (role = \"train\"), hold out another run, and search again: no run of the fit covers \
+         the range of {one}.",
         runs.join(", ")
     ))
 }
@@ -121,8 +121,8 @@ pub(super) fn take_part(runs: &[&str]) -> Option<String> {
 pub(super) fn show(runs: &[String]) -> Option<String> {
     let one = runs.first()?;
     Some(format!(
-        "Let {one} take part in the fit (role = \"train\"), hold another one like it out, and look again: what acts there does not act \
-         in the runs of the fit."
+        "Include {one} in the fit (role = \"train\"), hold out a similar one, and search again: what acts there does \
+         not act in the runs of the fit."
     ))
 }
 
@@ -130,8 +130,8 @@ pub(super) fn show(runs: &[String]) -> Option<String> {
 fn apart(changed: &ChangedParameter) -> String {
     if !changed.alone && !changed.is_event() {
         return format!(
-            "Repeat {} with smaller commands, step by step: the model fits it with other values than the rest, and where they \
-             begin to differ shows what it lacks.",
+            "Repeat {} with smaller commands, step by step: the model fits it with different values than the rest, and \
+             the amplitude at which they start to differ shows what it lacks.",
             changed.run
         );
     }
@@ -139,30 +139,32 @@ fn apart(changed: &ChangedParameter) -> String {
     let causes = match effect {
         "drag" => "weed, a lost fairing, a tow",
         "thrust" => "battery or supply, fouled propellers",
-        "mass" => "a payload, ballast, water taken in",
-        _ => "weed, a payload, a tether that caught, a thruster that failed",
+        "mass" => "a payload, ballast, water ingress",
+        _ => "weed, a payload, a snagged tether, a failed thruster",
     };
     match changed.from {
-        Some(_) if let Some(range) = changed.range_in_words().filter(|_| changed.is_event()) => format!(
-            "Look at what happened {range} ({causes}), and fit what was logged before apart from what was logged after."
-        ),
+        Some(_) if let Some(range) = changed.range_in_words().filter(|_| changed.is_event()) => {
+            format!("Find out what happened {range} ({causes}), and fit the data logged before and after separately.")
+        }
         Some(from) if changed.is_event() => format!(
-            "Look at what happened at {from:.0} s of {} ({causes}), and fit what was logged before it apart from what was logged after it.",
+            "Find out what happened at {from:.0} s of {} ({causes}), and fit the data logged before and after \
+             separately.",
             changed.run
         ),
         None if changed.is_event() => format!(
-            "Look at what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and leave that run out of \
-             the fit.",
+            "Find out what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and leave \
+             that run out of the fit.",
             changed.run
         ),
         Some(from) => format!(
-            "Look at what happened at {from:.0} s of {} (a payload, weed, a tether that caught, a thruster that failed), repeat one run \
-             as it was before and as it was after it, and fit the two apart: {effect} alone need not be what has changed.",
+            "Find out what happened at {from:.0} s of {} (a payload, weed, a snagged tether, a failed thruster), \
+             repeat one run in the state before and one in the state after it, and fit the two separately: {effect} \
+             need not be the only thing that changed.",
             changed.run
         ),
         None => format!(
-            "Look at what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and repeat that \
-             run: {effect} alone need not be what has changed.",
+            "Find out what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and \
+             repeat that run: {effect} need not be the only thing that changed.",
             changed.run
         ),
     }
@@ -175,7 +177,7 @@ fn reveal(unseen: &[String]) -> Option<String> {
     let names: Vec<&str> = unseen.iter().map(String::as_str).filter(|name| !name.contains(':')).take(NAMED).collect();
     let data = shown_by(names.first()?)?;
     Some(format!(
-        "This data does not tell {} from what the model holds, whatever its size: {} wants {data}.",
+        "This data cannot separate {} from the terms of the model, whatever the size: {} needs {data}.",
         names.join(", "),
         names[0]
     ))
@@ -189,7 +191,7 @@ mod tests {
     fn what_commands_do_not_move_is_to_be_driven() {
         assert_eq!(driven(&[]), None);
         let told = driven(&[Dof::Surge, Dof::Yaw]).unwrap();
-        assert!(told.starts_with("Drive surge, yaw by commands") && !told.contains("  "), "{told}");
+        assert!(told.starts_with("Drive surge, yaw with open-loop commands") && !told.contains("  "), "{told}");
     }
 
     fn tied(id: &str, rivals: &[&str]) -> FoundEffect {
@@ -210,7 +212,7 @@ mod tests {
         let said = experiment(Verdict::Explained, &drag, None, (&[], &[]), &[]).unwrap();
         assert!(said.contains("constant speeds"), "{said}");
         let odd = [tied("wave@sway", &["sail@sway"])];
-        assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway shows by"));
+        assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway is shown by"));
         let open = [Measured::Velocity(Dof::Yaw)];
         assert!(experiment(Verdict::Unexplained, &[], None, (&open, &[]), &[]).unwrap().contains("yaw repeats"));
         let unseen = ["drag_asymmetry@surge".to_string()];

@@ -218,23 +218,23 @@ fn change_of_mean(x: &[f64]) -> Option<usize> {
 
 fn sentence(dof: Dof, (rms, noise, unit): (f64, f64, &str), goes_with: &[Dependence], changes: &[Change]) -> String {
     if rms <= 1.5 * noise {
-        return format!("{dof}: no force is missing beyond the {noise:.2} {unit} that the noise of the sensor makes");
+        return format!("{dof}: no force is missing beyond the {noise:.2} {unit} that sensor noise causes");
     }
     let with = match goes_with.first() {
-        None => "; it goes with no single state, command or time".to_string(),
-        Some(d) => format!("; it goes with {} (r = {:.2})", d.quantity, d.correlation),
+        None => "; it correlates with no single state, command or time".to_string(),
+        Some(d) => format!("; it correlates with {} (r = {:.2})", d.quantity, d.correlation),
     };
     let when = match changes {
         [] => String::new(),
         [one] => format!(", and changes from {:.2} to {:.2} at {:.1} s of {}", one.before, one.after, one.at, one.run),
-        [one, ..] => format!(", and changes within {} runs, as at {:.1} s of {}", changes.len(), one.at, one.run),
+        [one, ..] => format!(", and changes within {} runs, e.g. at {:.1} s of {}", changes.len(), one.at, one.run),
     };
     // if the fit has taken the sensor noise for zero, the ratio is meaningless
     let times = match rms / noise {
         times if times < 1000.0 => format!("{times:.1} times"),
         _ => "far beyond".to_string(),
     };
-    format!("{dof}: a force of {rms:.2} {unit} is missing, {times} what noise makes{with}{when}")
+    format!("{dof}: a force of {rms:.2} {unit} is missing, {times} what sensor noise causes{with}{when}")
 }
 
 /// Value of a channel at an instant, by linear interpolation.

@@ -49,7 +49,7 @@ pub fn discover(
     let runs: Vec<Run> = runs.iter().map(taking_part).collect();
     match searched(&runs) {
         Ok(mut found) if matches!(found.verdict, Verdict::Explained | Verdict::NothingMissing) => {
-            found.with_runs_that_took_part(part, "the runs of the fit alone do not explain the runs held out");
+            found.with_runs_that_took_part(part, "the runs of the fit alone do not explain the held-out runs");
             Ok(found)
         }
         // without a complete explanation the first search is the better answer, with the runs as the user divided them
@@ -61,7 +61,8 @@ impl Discovery {
     /// Records which held-out runs took part, and why.
     pub(crate) fn with_runs_that_took_part(&mut self, part: Vec<String>, why: &str) {
         let text = format!(
-            "{} took part in the fit of this search, although held out: {why}; give {} role = \"train\" before the model is fitted",
+            "{} took part in the fit of this search, although held out: {why}; give {} role = \"train\" before the \
+             model is fitted",
             part.join(", "),
             if part.len() > 1 { "them" } else { "it" }
         );

@@ -59,12 +59,12 @@ fn rule(
             // with held input, a command that changes between two rows takes effect at the later one
             if after.input == Interpolation::Hold && -p.value < sample {
                 return Some(format!(
-                    "{} is negative, by less than a sample: where commands change between their rows and are not sent at them, \
-                     set `input = \"linear\"` in [model], and look again",
+                    "{} is negative, by less than a sample: if commands change between the logged rows rather than at \
+                     them, set `input = \"linear\"` in [model], and search again",
                     told(p)
                 ));
             }
-            return Some(format!("{} is negative: what the commands cause would come before them", told(p)));
+            return Some(format!("{} is negative: the effect would precede the commands that cause it", told(p)));
         }
         if p.spec.dimension == Dimension::TIME && p.value < RESOLVED * sample {
             return Some(format!("{} is less than a twentieth of a sample", told(p)));
@@ -76,7 +76,7 @@ fn rule(
     }
     if is_nothing(before, after) && !together() {
         return Some(format!(
-            "{} is within three deviations of nothing",
+            "{} is within three standard errors of no effect",
             new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
         ));
     }
@@ -134,7 +134,7 @@ fn faint(new: &[&Parameter]) -> Option<String> {
     let amplitude = |run: usize| parts.iter().filter_map(|v| v.get(run)).map(|x| x * x).sum::<f64>().sqrt();
     let (least, most) =
         (0..runs).map(amplitude).fold((f64::INFINITY, 0.0), |(l, m), a| (f64::min(l, a), f64::max(m, a)));
-    (least < FAINT * most).then(|| "it is there in some runs only: something that comes and goes".to_string())
+    (least < FAINT * most).then(|| "it occurs in some runs only: it comes and goes".to_string())
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn names_that_nature_does_not_allow_are_none() {
         assert_eq!(told("bias@surge", &[(3.5, 1.0)]), None);
-        assert!(told("bias@surge", &[(2.5, 1.0)]).unwrap().contains("within three deviations"));
+        assert!(told("bias@surge", &[(2.5, 1.0)]).unwrap().contains("within three standard errors"));
         assert_eq!(told("thrust_delay", &[(0.3, 0.05)]), None);
         assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
         // negative by less than a sample, with held commands: they may change between their rows

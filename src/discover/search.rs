@@ -153,7 +153,7 @@ fn asked_beside(found: &Search, task: &Task<'_>) -> Result<(Vec<Candidate>, Scre
 /// Refines the noise of the last fit: removes random forces that are none, and makes sensor noise coloured where it
 /// is. If some noise is coloured, or a name now breaks a rule of physics, every name is tested again.
 fn refine(found: &mut Search, task: &Task<'_>) {
-    progress::tell("the noise of the last model", 0, 0);
+    progress::tell("estimating the noise of the last model", 0, 0);
     let last = found.last_fit();
     // if a parameter is no longer identified with coloured noise, the noise stays as it was
     let Ok(refined) = filter_error_from(&last.model, task.train, last.noise.clone(), task.fitting) else { return };

@@ -30,7 +30,7 @@ pub(super) fn surrogates(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> 
         .partition(|a| a.gain >= MOST * total && closes(&a.candidate.name()));
     found.added = stand;
     for added in &fallen {
-        let why = "something else is left that the catalogue does not hold, for which it may stand in".to_string();
+        let why = "it may stand in for something else that the catalogue does not contain".to_string();
         found.behaves_like.push(BehavesLike { id: added.candidate.name(), why, gain: added.gain });
     }
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));

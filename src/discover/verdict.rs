@@ -58,7 +58,7 @@ pub(super) fn moved_otherwise(overwhelmed: &[(Dof, f64)]) -> String {
     let most = most.map_or(String::new(), |(dof, ratio)| {
         format!(": in `{}` a random force is {} theirs", dof.velocity(), times(*ratio))
     });
-    format!("Nothing can be named: what moves the vehicle is not its commands{most}.")
+    format!("Nothing can be named: the commands do not dominate the motion{most}.")
 }
 
 /// Returns the verdict.
@@ -84,7 +84,7 @@ fn force_in_words(forces: &[RandomForce]) -> String {
 pub(super) fn alike(effects: &[FoundEffect]) -> String {
     let of = |e: &FoundEffect| {
         let others: Vec<String> = e.also_possible.iter().map(|other| named(other)).collect();
-        format!(" This data does not tell {} from {}.", e.id, others.join(", "))
+        format!(" This data cannot separate {} from {}.", e.id, others.join(", "))
     };
     effects.iter().filter(|e| !e.also_possible.is_empty()).map(of).collect()
 }
@@ -119,11 +119,11 @@ pub(super) fn sentence(
     };
     let were = if effects.len() > 1 { "were" } else { "was" };
     let gain = better.map_or(String::new(), |(measured, times)| {
-        format!("; with it held-out {measured} is predicted {} times better 8 s ahead", digits(times))
+        format!("; the extended model predicts held-out {measured} {} times better 8 s ahead", digits(times))
     });
     let left = match forces {
-        [] => "the noise of the sensors".to_string(),
-        forces => format!("the sensors and a random force of {}", force_in_words(forces)),
+        [] => "sensor noise".to_string(),
+        forces => format!("sensor noise and a random force of {}", force_in_words(forces)),
     };
     let behaves = behaves_like.first().map_or(String::new(), |b| format!(" It {}.", b.told()));
     let channels: Vec<&str> = failing.iter().map(|(name, _)| name.as_str()).collect();
@@ -141,16 +141,16 @@ pub(super) fn sentence(
     let besides = besides.map_or(String::new(), |told| format!(" In the runs of the fit something {told}."));
     match verdict {
         Verdict::NothingMissing => match forces {
-            [] => format!("Nothing is missing: what the model leaves is the noise of the sensors.{besides}"),
+            [] => format!("Nothing is missing: the model leaves only sensor noise.{besides}"),
             forces => format!(
                 "Nothing is missing beyond a random force of {}: turbulence, tether, or unmeasured input.{besides}",
                 force_in_words(forces)
             ),
         },
         Verdict::Explained if gain.is_empty() => {
-            format!("Explained: {names} {were} missing; with it the model predicts the log down to {left}.{alike}")
+            format!("Explained: {names} {were} missing; the extended model leaves only {left}.{alike}")
         }
-        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}.{alike}"),
+        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, leaving only {left}.{alike}"),
         Verdict::PartlyExplained if !apart.is_empty() => format!(
             "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \
              {apart}{}.",
@@ -171,8 +171,8 @@ pub(super) fn sentence(
         Verdict::Unexplained => match (unjudged, begun) {
             (_, Some(begun)) => {
                 let left = match changed.is_some_and(|changed| changed.alone) {
-                    true => "with it nothing else is beyond chance",
-                    false => "something is left beside it, less than a tenth of that",
+                    true => "nothing else is significant after that",
+                    false => "less than a tenth of that remains unexplained",
                 };
                 format!("Something has changed: {begun}; {left}.")
             }
@@ -214,12 +214,12 @@ mod tests {
             say(Verdict::NothingMissing, &[force]),
             "Nothing is missing beyond a random force of 0.80 N in surge (correlation 1.1 s): turbulence, tether, or unmeasured input."
         );
-        assert!(say(Verdict::NothingMissing, &[]).contains("noise of the sensors"));
+        assert!(say(Verdict::NothingMissing, &[]).contains("sensor noise"));
         let unjudged = BehavesLike { id: "drag_asymmetry@surge".into(), why: NOT_SHOWN.into(), gain: 30.0 };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[unjudged], &[], None, (&[], ""), None),
-            "Something is missing. It behaves like drag that differs astern in surge (drag_asymmetry@surge), but no run that took no part \
-             shows it: hold one out that does."
+            "Something is missing. It behaves like drag that differs astern in surge (drag_asymmetry@surge), but no \
+             held-out run shows it: hold out one that does."
         );
         assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
         let (parameter, run) = ("linear_drag@yaw k_r".to_string(), "run04".to_string());
@@ -241,7 +241,7 @@ mod tests {
         };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),
-            "Something is missing that is not in the catalogue. Not the same at all times: k_r of linear_drag@yaw is \
+            "Something is missing that is not in the catalogue. Not constant: k_r of linear_drag@yaw is \
              0.83 ± 0.031 kg*m2/s more from 31 s of run04 on."
         );
         let fails = [("u".to_string(), 2.0)];

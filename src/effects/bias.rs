@@ -27,7 +27,8 @@ impl Effect for Bias {
             formula: "−b",
             meaning: "A constant force: trim, cable, offset of a command.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 2",
-            shown_by: "motion in both directions, which tells it from friction, at more than one attitude, which tells it from weight",
+            shown_by: "motion in both directions, which separates it from friction, at more than one attitude, which \
+                       separates it from weight",
         }
     }
 

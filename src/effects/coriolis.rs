@@ -103,7 +103,7 @@ impl Effect for CoriolisRow {
             family: Family::Body,
             scope,
             formula,
-            meaning: "A row of −C(ν)ν: force from the turning of the axes in which momentum is counted.",
+            meaning: "A row of −C(ν)ν: force from the rotation of the axes in which momentum is expressed.",
             source: "Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6",
             shown_by: "turns with speed, as in a zig-zag",
         }

@@ -22,7 +22,7 @@ impl Effect for CrossDrag {
             family: Family::Body,
             scope: Scope::Pairs,
             formula: "−d νⱼ |νⱼ|",
-            meaning: "A force in proportion to the square of the velocity in another direction.",
+            meaning: "A force proportional to the square of the velocity in another direction.",
             source: "Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6",
             shown_by: "fast motion in the other direction",
         }

@@ -25,7 +25,7 @@ impl Effect for CubicDrag {
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ³",
-            meaning: "Drag in proportion to the cube of the speed.",
+            meaning: "Drag proportional to the cube of the speed.",
             source: "Abkowitz, Lectures on Ship Hydrodynamics, HyA Report Hy-5 (1964)",
             shown_by: "a wide range of speeds",
         }

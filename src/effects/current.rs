@@ -41,7 +41,8 @@ impl Effect for Current {
             family: Family::Environment,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "M ν̇_r + C(ν_r)ν_r + D(ν_r)ν_r = τ, ν_r = ν − Rᵀ(V_N, V_E, 0)",
-            meaning: "Water that moves over ground: inertia, drag and Coriolis terms act on the velocity through it.",
+            meaning: "Water that moves over ground: inertia, drag and Coriolis terms depend on the velocity through \
+                      the water.",
             source: "Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 10",
             shown_by: "several headings, or speeds both well above and below the current",
         }

@@ -31,7 +31,7 @@ impl EachRun {
         of: &Current,
         id: "current_each_run",
         formula: "M ν̇_r + C(ν_r)ν_r + D(ν_r)ν_r = τ, ν_r = ν − Rᵀ(V_N, V_E, 0), own V_N, V_E in each run",
-        meaning: "Water that moves over ground in another way in every run.",
+        meaning: "Water that moves over ground, differently in every run.",
         shown_by: "several headings in every run, or speeds both well above and below the current",
     };
 
@@ -40,7 +40,7 @@ impl EachRun {
         of: &EarthForce,
         id: "earth_force_each_run",
         formula: "(X, Y, Z) += Rᵀ(F_N, F_E, 0), own F_N, F_E in each run",
-        meaning: "A steady force that keeps its compass direction and is another one in every run: the wind of the day.",
+        meaning: "A steady force with a fixed compass direction that differs from run to run: the wind of the day.",
         shown_by: "several headings in every run, at small and at large speeds",
     };
 
@@ -49,7 +49,7 @@ impl EachRun {
         of: &RestoringForce(Dof::Heave),
         id: "weight_each_run",
         formula: "(W − B) cos θ cos φ, own W − B in each run",
-        meaning: "Weight less buoyancy that is another one in every run: the ballast of the dive.",
+        meaning: "Weight minus buoyancy that differs from run to run: the ballast of the dive.",
         shown_by: "runs of different dives in which heave is free",
     };
 
@@ -58,8 +58,8 @@ impl EachRun {
         of: &Bias,
         id: "bias_each_run",
         formula: "−b, own b in each run",
-        meaning: "A constant force that is another one in every run: ballast, trim, cable of the day.",
-        shown_by: "runs of different days; motion in both directions tells it from friction",
+        meaning: "A constant force that differs from run to run: ballast, trim, cable of the day.",
+        shown_by: "runs of different days; motion in both directions separates it from friction",
     };
 }
 

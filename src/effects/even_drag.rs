@@ -37,7 +37,7 @@ impl Effect for EvenDrag {
             family: Family::Body,
             scope: Scope::Couples(&PLACES),
             formula: "−d νⱼ²",
-            meaning: "A force in proportion to the square of another velocity, that does not turn round with it.",
+            meaning: "A force proportional to the square of another velocity, which does not change sign with it.",
             source: "Gertler and Hagen, Standard Equations of Motion for Submarine Simulation, NSRDC Report 2510 (1967)",
             shown_by: "fast motion in the other direction, to both sides",
         }

@@ -26,7 +26,7 @@ impl Effect for FinDrag {
             family: Family::Actuator,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "X −= k u |u| δ²",
-            meaning: "Drag that a fin adds when it is turned.",
+            meaning: "Drag that a fin adds when it is deflected.",
             source: "Fossen, Handbook of Marine Craft (2021), ch. 9",
             shown_by: "a log of the fin's angle (rad), large angles at speed",
         }

@@ -61,7 +61,7 @@ impl Effect for FinLift {
             family: Family::Actuator,
             scope: Scope::Vehicle(scope),
             formula,
-            meaning: "Lift of a fin by the angle at which the water meets it.",
+            meaning: "Lift of a fin by its angle of attack.",
             source: "Prestero, MIT (2001), ch. 4.6; Fossen, Handbook of Marine Craft (2021), ch. 9",
             shown_by: "a log of the fin's angle (rad) that varies at speed",
         }

@@ -42,7 +42,7 @@ impl Effect for FormulaEffect {
             formula: self.formula.text(),
             meaning: "A user's own effect.",
             source: "the campaign",
-            shown_by: "a formula that varies otherwise than those of the other effects",
+            shown_by: "a formula that varies differently from those of the other effects",
         }
     }
 

@@ -25,7 +25,7 @@ impl Effect for LinearDrag {
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ",
-            meaning: "Drag in proportion to the speed.",
+            meaning: "Drag proportional to the speed.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 3",
             shown_by: "low speeds",
         }

@@ -10,18 +10,18 @@ pub fn separating(id: &str, others: &[&str]) -> Option<&'static str> {
 const LOOK_ALIKES: &[(&[&str], &str)] = &[
     (
         &["linear_drag", "quadratic_drag", "cubic_drag", "mixed_drag"],
-        "hold constant speeds, one after the other, from the slowest to full speed and in both directions: forms of drag \
-         part at the ends of the range",
+        "hold constant speeds, one after the other, from the slowest to full speed and in both directions: forms of \
+         drag differ most at the ends of the range",
     ),
     (
         &["thrust_lag", "thrust_delay", "fluid_memory", "inertia"],
-        "step the command up and down, logged at 10 Hz or faster: a delay answers late but at once, a lag at once but \
-         slowly, and an inertia in proportion to the step",
+        "step the command up and down, logged at 10 Hz or faster: a delay responds late but abruptly, a lag at once \
+         but slowly, and an inertia in proportion to the step",
     ),
     (
         &["coulomb_friction", "bias", "drag_asymmetry", "thrust_reverse_loss", "thrust_deadband", "restoring_surge"],
-        "pass slowly through rest in both directions, once under small commands and once coasting: friction turns with \
-         the motion, a loss of thrust with the command, a bias with neither",
+        "pass slowly through rest in both directions, once under small commands and once coasting: friction changes \
+         sign with the motion, a loss of thrust with the command, a bias with neither",
     ),
     (
         &["thrust_interaction_loss", "supply_voltage", "inertia", "sensor_dvl_scale"],
@@ -30,9 +30,9 @@ const LOOK_ALIKES: &[(&[&str], &str)] = &[
     ),
     (
         &["current", "earth_force", "bias", "linear_drag", "tether_spring", "wave"],
-        "sail the same straight run on four headings, slowly and at full speed, and twice as far: the push of a current \
-         and a steady one turn with the heading, and only the current's grows with the speed; a tether's grows with the \
-         distance, a bias does neither",
+        "sail the same straight run on four headings, slowly and at full speed, and twice as far: the forces of a \
+         current and of a steady push rotate with the heading, and only the current's grows with the speed; a tether's \
+         grows with the distance; a bias does neither",
     ),
 ];
 

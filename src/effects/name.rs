@@ -37,7 +37,10 @@ pub enum EffectNameError {
         text: String,
     },
     /// No degree of freedom has this name.
-    #[error("{text:?}: `{dof}` is no degree of freedom{}; they are surge, sway, heave, roll, pitch and yaw", suggestion(*.nearest))]
+    #[error(
+        "{text:?}: `{dof}` is not a degree of freedom{}; these are surge, sway, heave, roll, pitch and yaw",
+        suggestion(*.nearest)
+    )]
     UnknownDof {
         /// The whole text.
         text: String,
@@ -47,7 +50,7 @@ pub enum EffectNameError {
         nearest: Option<Dof>,
     },
     /// A coupling of a degree of freedom with itself.
-    #[error("{text:?}: a coupling is of two different degrees of freedom")]
+    #[error("{text:?}: a coupling needs two different degrees of freedom")]
     SameDof {
         /// The whole text.
         text: String,

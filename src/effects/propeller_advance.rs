@@ -30,9 +30,10 @@ impl Effect for PropellerAdvance {
             family: Family::Actuator,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "X −= k |n| u",
-            meaning: "Thrust that a propeller loses with its advance.",
+            meaning: "Loss of thrust of a propeller as its advance speed grows.",
             source: "Lewis (ed.), Principles of Naval Architecture II (1988), ch. VI",
-            shown_by: "a log of the turns (propeller_n), speed and turns that vary apart",
+            shown_by: "a log of the propeller speed (propeller_n); vehicle speed and propeller speed that vary \
+                       independently",
         }
     }
 

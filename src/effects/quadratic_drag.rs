@@ -25,7 +25,7 @@ impl Effect for QuadraticDrag {
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ |νᵢ|",
-            meaning: "Drag in proportion to the square of the speed.",
+            meaning: "Drag proportional to the square of the speed.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 3",
             shown_by: "high speeds",
         }

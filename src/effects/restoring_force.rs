@@ -27,9 +27,9 @@ impl Effect for RestoringForce {
             family: Family::Body,
             scope: Scope::Vehicle(scope),
             formula,
-            meaning: "Weight less buoyancy, turned into body axes.",
+            meaning: "Weight minus buoyancy, rotated into body axes.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 19",
-            shown_by: "pitch or roll that varies otherwise than speed does",
+            shown_by: "pitch or roll that varies independently of the speed",
         }
     }
 

@@ -24,7 +24,7 @@ impl Effect for SensorCompassDeviation {
             formula: "ψ_log = ψ + a cos ψ + b sin ψ + c",
             meaning: "A heading error that depends on the heading.",
             source: "Bowditch, American Practical Navigator, ch. 6",
-            shown_by: "a gyro beside the compass, and turns through all headings",
+            shown_by: "a gyro in addition to the compass, and turns through all headings",
         }
     }
 

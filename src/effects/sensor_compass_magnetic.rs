@@ -22,9 +22,9 @@ impl Effect for SensorCompassMagnetic {
             family: Family::Sensor,
             scope: Scope::Vehicle(&[Dof::Yaw]),
             formula: "ψ_log = ψ + a Σ|τᵢ|",
-            meaning: "A heading error in proportion to the thrusters' command.",
+            meaning: "A heading error proportional to the thrusters' command.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
-            shown_by: "a gyro beside the compass, and commands that change",
+            shown_by: "a gyro in addition to the compass, and commands that change",
         }
     }
 

@@ -30,7 +30,7 @@ impl Effect for SensorDvlDelay {
             formula: "(u, v, w)_log(t) = (u, v, w)(t − T)",
             meaning: "Velocity that is logged later than the turn rates.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
-            shown_by: "turns and changes of speed beside a gyro that is in time",
+            shown_by: "turns and changes of speed, and a gyro without delay",
         }
     }
 

@@ -22,7 +22,7 @@ impl Effect for SensorDvlMisalignment {
             family: Family::Sensor,
             scope: Scope::Vehicle(&[Dof::Surge, Dof::Sway]),
             formula: "u_log = u cos α + v sin α,   v_log = −u sin α + v cos α",
-            meaning: "Velocity measured in axes that are turned.",
+            meaning: "Velocity measured in axes that are rotated.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
             shown_by: "fast surge, or a position that is independent of the DVL",
         }

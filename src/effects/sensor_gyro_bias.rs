@@ -27,7 +27,7 @@ impl Effect for SensorGyroBias {
             formula: "r_log = r + b",
             meaning: "A constant error of the yaw rate.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
-            shown_by: "a compass beside the gyro",
+            shown_by: "a compass in addition to the gyro",
         }
     }
 

@@ -22,9 +22,9 @@ impl Effect for SensorGyroLag {
             family: Family::Sensor,
             scope: Scope::MOVES_AND_TURNS,
             formula: "T d(p, q, r)_log/dt + (p, q, r)_log = (p, q, r)",
-            meaning: "Turn rates that are smoothed, and so follow with a lag.",
+            meaning: "Turn rates that are smoothed, and therefore lag.",
             source: "Jategaonkar, Flight Vehicle System Identification, 2nd ed. (2015), ch. 2.3",
-            shown_by: "turns beside a compass or a DVL that is in time",
+            shown_by: "turns, and a compass or a DVL without delay",
         }
     }
 

@@ -24,7 +24,7 @@ impl Effect for SensorGyroScale {
             formula: "r_log = (1 + s) r",
             meaning: "A yaw rate that is too large or too small by a factor.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
-            shown_by: "a compass beside the gyro, and turns",
+            shown_by: "a compass in addition to the gyro, and turns",
         }
     }
 

@@ -22,7 +22,7 @@ impl Effect for SensorHeadingOffset {
             family: Family::Sensor,
             scope: Scope::Vehicle(&[Dof::Yaw]),
             formula: "ψ_log = ψ + c",
-            meaning: "A compass that is mounted askew.",
+            meaning: "A compass that is mounted at an angle.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
             shown_by: "a position that is independent of the compass",
         }

@@ -22,7 +22,7 @@ impl Effect for SensorTiltOffset {
             family: Family::Sensor,
             scope: Scope::Vehicle(&[Dof::Roll, Dof::Pitch]),
             formula: "φ_log = φ + c_φ,   θ_log = θ + c_θ",
-            meaning: "An inclinometer that is mounted askew.",
+            meaning: "An inclinometer that is mounted at an angle.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",
             shown_by: "roll and pitch at rest, with known restoring moments",
         }

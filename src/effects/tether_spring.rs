@@ -27,7 +27,7 @@ impl Effect for TetherSpring {
             family: Family::Environment,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "(X, Y, Z) −= k Rᵀ(x − x_a, y − y_a, 0)",
-            meaning: "A tether that pulls back to its anchor.",
+            meaning: "A tether that pulls back towards its anchor.",
             source: "Buckham et al., Ocean Engineering 30 (2003), slack tethers",
             shown_by: "motion far from the anchor, and a log of the position",
         }

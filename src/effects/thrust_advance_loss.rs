@@ -26,9 +26,9 @@ impl Effect for ThrustAdvanceLoss {
             family: Family::Actuator,
             scope: Scope::Each(&Dof::ALL),
             formula: "τᵢ → (1 − k |νᵢ|) τᵢ",
-            meaning: "A loss of thrust in proportion to the speed.",
+            meaning: "A loss of thrust proportional to the speed.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 17",
-            shown_by: "thrust and speed that vary apart: acceleration at full command, coasting",
+            shown_by: "thrust and speed that vary independently: acceleration at full command, coasting",
         }
     }
 

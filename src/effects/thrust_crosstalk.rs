@@ -21,7 +21,7 @@ impl Effect for ThrustCrosstalk {
             family: Family::Actuator,
             scope: Scope::Pairs,
             formula: "τᵢ += k τⱼ",
-            meaning: "A force in proportion to the command in another direction.",
+            meaning: "A force proportional to the command in another direction.",
             source: "Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 11",
             shown_by: "commands in the other direction",
         }

@@ -28,7 +28,7 @@ impl Effect for ThrustInteractionLoss {
             formula: "τᵢ → η τᵢ",
             meaning: "A wrong scale of the thrust.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 16",
-            shown_by: "load cells, or a mass, a weight or Coriolis terms that tie the scale",
+            shown_by: "load cells, or a mass, a weight or Coriolis terms that fix the scale",
         }
     }
 

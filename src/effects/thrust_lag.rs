@@ -24,7 +24,7 @@ impl Effect for ThrustLag {
             family: Family::Actuator,
             scope: Scope::Everywhere,
             formula: "τᵢ → zᵢ,   T żᵢ = τᵢ − zᵢ",
-            meaning: "A lag of first order between command and thrust.",
+            meaning: "A first-order lag between command and thrust.",
             source: "Yoerger, Cooke and Slotine, IEEE Journal of Oceanic Engineering 15 (1990)",
             shown_by: "commands that change within a few time constants",
         }

@@ -36,9 +36,9 @@ impl Effect for ThrusterAdvanceLoss {
             family: Family::Actuator,
             scope: Scope::Thrusters,
             formula: "τ −= k Σ_T b_T F_T |s_T · (v + ω × p_T)|",
-            meaning: "A loss of each thruster in proportion to the speed along its axis.",
+            meaning: "A loss of each thruster proportional to the speed along its axis.",
             source: "Avila, Donha and Adamowski, Ocean Engineering 60 (2013), eq. 17",
-            shown_by: "turns under the same commands at rest and at speed, full command from rest",
+            shown_by: "turns under the same commands at rest and at speed, full command starting from rest",
         }
     }
 

@@ -25,9 +25,9 @@ impl Effect for ThrusterFault {
             family: Family::Actuator,
             scope: Scope::Each(&Dof::ALL),
             formula: "τᵢ → (1 − k) τᵢ   from t₀ on",
-            meaning: "A loss of thrust from an instant on.",
+            meaning: "A loss of thrust from some instant on.",
             source: "Alessandri, Caccia and Veruggio, Control Engineering Practice 7 (1999)",
-            shown_by: "a run that goes on before and after",
+            shown_by: "a run that continues before and after",
         }
     }
 

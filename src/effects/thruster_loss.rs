@@ -39,9 +39,9 @@ impl Effect for ThrusterLoss {
             family: Family::Actuator,
             scope: Scope::Thrusters,
             formula: "τ −= k b_T F_T",
-            meaning: "A share of one thruster's force that is missing, all along.",
+            meaning: "A share of one thruster's force that is missing throughout.",
             source: "Alessandri, Caccia and Veruggio, Control Engineering Practice 7 (1999)",
-            shown_by: "commands of that thruster that vary otherwise than those of the others",
+            shown_by: "commands of that thruster that vary independently of those of the others",
         }
     }
 

@@ -36,7 +36,7 @@ pub enum RegressorError {
         terms: Vec<String>,
     },
     /// Two free parameters multiply each other.
-    #[error("`{first}` and `{second}` are both free and multiply each other: fix one, or use output error")]
+    #[error("`{first}` and `{second}` are both free but multiply each other: fix one, or use output error")]
     Product {
         /// One of them.
         first: String,
@@ -61,7 +61,7 @@ pub enum RegressorError {
     },
     /// Every force in the balance is multiplied by a free parameter, so that any multiple of a
     /// solution is a solution.
-    #[error("the balance of {dof} has no known force: fix an inertia or the scale of thrust")]
+    #[error("the balance of {dof} contains no known force: fix an inertia or the scale of thrust")]
     NoScale {
         /// The degree of freedom.
         dof: Dof,

@@ -38,9 +38,9 @@ pub enum IntegralError {
     },
     /// Inertias that several balances share need the rows themselves.
     #[error(
-        "{dofs}: the balances share their inertias, which cannot be found without bias from a log that is read piece by \
-         piece; fit without --stream, by estimator = \"filter_error\" where the log is too large to keep, or with \
-         coriolis = \"free\""
+        "{dofs}: the balances share their inertias, which cannot be estimated without bias from a log that is read \
+         piece by piece; fit without --stream, with estimator = \"filter_error\" if the log is too large to keep, or \
+         with coriolis = \"free\""
     )]
     SharedInStream {
         /// Degrees of freedom that share them.
@@ -48,9 +48,9 @@ pub enum IntegralError {
     },
     /// Inertias that several balances share cannot be distinguished from the noise.
     #[error(
-        "{dofs}: integral least squares finds no inertias that these balances can share: in a row the velocities change by \
-         less than their noise, or an inertia would be negative; use estimator = \"filter_error\", longer rows \
-         (stage.oscillatory.window), or coriolis = \"free\""
+        "{dofs}: integral least squares cannot estimate the inertias that these balances share: within a row the \
+         velocities change by less than their noise, or an inertia would be negative; use estimator = \
+         \"filter_error\", longer rows (stage.oscillatory.window), or coriolis = \"free\""
     )]
     NotSettled {
         /// Degrees of freedom solved together.

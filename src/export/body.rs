@@ -76,7 +76,8 @@ pub fn split(
         let i = dof.index();
         if added[i][i] < 0.0 {
             let text = format!(
-                "{dof}: the virtual inertia {:.4} is below the dry one {:.4}: the added mass is negative, which no vehicle has",
+                "{dof}: the virtual inertia {:.4} is below the dry one {:.4}: the added mass is negative, which is \
+                 impossible",
                 found.inertia[i][i], dry[i][i]
             );
             findings.push(Finding::new(&codes::NEGATIVE, text));
@@ -108,12 +109,14 @@ fn rigid(
     let sphere = vehicle.characteristic_length().map(|length| 0.1 * mass * length * length);
     let other = if greatest > 0.0 { greatest } else { sphere.ok_or(ExportError::NoInertia)? };
     if total.iter().any(Option::is_some) {
-        let text = "the dry inertia is not known: what was identified in rotation, dry and added, is given to the rigid body; the motion is the same (--inertia IXX,IYY,IZZ separates them)";
+        let text = "the dry inertia is not known: the whole rotational inertia identified, dry and added, is given \
+                    to the rigid body; the motion is the same (--inertia IXX,IYY,IZZ separates them)";
         findings.push(Finding::new(&codes::INERTIA, text));
     }
     if total.iter().any(Option::is_none) {
         let text = format!(
-            "the inertia of rotations that are not modelled is set to {other:.4} kg*m2: give the right one with --inertia IXX,IYY,IZZ"
+            "the moments of inertia of rotations that are not modelled are set to {other:.4} kg*m2: give the correct \
+             ones with --inertia"
         );
         findings.push(Finding::new(&codes::GUESSED_INERTIA, text));
     }

@@ -109,7 +109,7 @@ pub fn coefficients(model: &Model) -> Coefficients {
 /// formula; `None` if there is none.
 fn unfit(model: &Model, term: &Term) -> Option<String> {
     match term.effect.about().family {
-        Family::Actuator => return Some("it changes the force on its way to the water".into()),
+        Family::Actuator => return Some("it changes the force between command and water".into()),
         Family::Environment => return Some("it belongs to the water of the tests, not to the vehicle".into()),
         Family::Sensor => return Some("it belongs to the sensors of the tests, not to the vehicle".into()),
         Family::Body => {}
@@ -188,7 +188,7 @@ fn read_terms(model: &Model, result: &mut Coefficients) {
             let size = values.amax();
             let solution = solver.solve(&values, 1e-12).unwrap_or_else(|_| DVector::zeros(FUNCTIONS));
             if (&design * &solution - &values).amax() > LEFT * size {
-                reason = Some("it is no sum of linear and quadratic terms".into());
+                reason = Some("it is not a sum of linear and quadratic terms".into());
             }
             for (k, x) in solution.iter().enumerate() {
                 // a value at the level of rounding is zero
@@ -321,7 +321,7 @@ mod tests {
         ));
         let told: Vec<(&str, &str)> = found.left_out.iter().map(|l| (l.term.as_str(), l.reason.as_str())).collect();
         assert_eq!(told.len(), 6, "{told:?}");
-        assert!(told.contains(&("cubic_drag@surge", "it is no sum of linear and quadratic terms")));
+        assert!(told.contains(&("cubic_drag@surge", "it is not a sum of linear and quadratic terms")));
         assert!(told.contains(&("added_mass_amplitude@surge", "it reads KC_u")));
         assert!(told.contains(&("fluid_memory@surge", "it has a memory")));
     }

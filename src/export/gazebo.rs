@@ -42,13 +42,15 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     let share = most.max(-least);
     if explicit && share >= 1.0 {
         let text = format!(
-            "the added mass is up to {share:.2} times the rigid mass: applied as a force from the step before it makes the simulation blow up; use the target `gazebo-added-mass`"
+            "the added mass is up to {share:.2} times the rigid mass: applied as a force from the previous step, it \
+             makes the simulation blow up; use the target `gazebo-added-mass`"
         );
         draft.warnings.push(Finding::new(&codes::UNSTABLE, text));
     }
     let held = buoyancy(&found, source.model, &parts.body, vehicle, &source.file.water);
     let text = format!(
-        "weight and buoyancy come from gravity and the Buoyancy system: W - B = {} N, so the collision volume has to be {} m3 with its centre at {} (forward, port, up, m)",
+        "weight and buoyancy come from gravity and the Buoyancy system: W - B = {} N, so the collision volume must be \
+         {} m3 with its centre at {} (forward, port, up, m)",
         number(held.net_weight),
         number(held.volume),
         numbers(&turned_place(held.centre), ", ")
@@ -64,7 +66,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
             format!("UNSTABLE however short the step: added mass is {share:.2} times the rigid one")
         }
         true => format!(
-            "added mass is {share:.2} times the rigid one and has to stay below 1; {}",
+            "added mass is {share:.2} times the rigid one and must stay below 1; {}",
             told(with_late_added_mass(longest, most, 1.0))
         ),
         false => told(longest),
@@ -73,10 +75,11 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         source,
         &[
             signs,
-            "Axes: forward-port-up at the body origin, SI units; the model's are forward-starboard-down: cross terms are turned",
-            "Coriolis: the system's own is switched off; what it should be is in the engine and in the products xVR ...",
+            "Axes: forward-port-up at the body origin, SI units; the model's are forward-starboard-down: cross terms \
+             are transformed",
+            "Coriolis: the system's own is switched off; the correct one is in the engine and in the products xVR ...",
         ],
-        &Bounds { limits: "wholly submerged; the system knows no surface, no walls, no tether", stability: &stability },
+        &Bounds { limits: "fully submerged; the system has no surface, no walls, no tether", stability: &stability },
     );
     head.push(text);
     let mut xml = Xml::new(&head);

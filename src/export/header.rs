@@ -107,7 +107,7 @@ impl Draft {
         for (cell, value) in cells.into_iter().filter(|(cell, value)| *value != 0.0 && !holds(*cell)) {
             let name = cell.name();
             let text =
-                format!("{name} = {} is not in the file: `{}` has no place for it", number(value), self.target.name());
+                format!("{name} = {} is not in the file: `{}` cannot represent it", number(value), self.target.name());
             self.lost.push(name);
             self.warnings.push(Finding::new(&codes::COEFFICIENT_LOST, text));
         }
@@ -132,7 +132,8 @@ impl Draft {
         let rows: Vec<&str> = found.dofs.iter().filter(|d| differs(d.index())).map(|d| d.name()).collect();
         if !rows.is_empty() {
             let text = format!(
-                "{}: the model's Coriolis terms are not those of its inertia; the products in the file make up for the difference",
+                "{}: the model's Coriolis terms are not those of its inertia; the products in the file compensate for \
+                 the difference",
                 rows.join(", ")
             );
             self.warnings.push(Finding::new(&codes::CANCELLED, text));
@@ -144,7 +145,8 @@ impl Draft {
         let [a, b, c, ..] = parts.body.central();
         if a + b < c || a + c < b || b + c < a || a.min(b).min(c) <= 0.0 {
             let text = format!(
-                "no body has the moments of inertia {} kg*m2 about its centre of gravity: give others with --inertia",
+                "no rigid body can have the moments of inertia {} kg*m2 about its centre of gravity: give others with \
+                 --inertia",
                 numbers(&[a, b, c], ", ")
             );
             self.warnings.push(Finding::new(&codes::TRIANGLE, text));
@@ -162,7 +164,7 @@ impl Draft {
             format!("Target: {} ({})", self.target.name(), self.target.version()),
         ];
         if !file.converged {
-            lines.push("DO NOT USE THESE NUMBERS: the fit that they come from did not converge".into());
+            lines.push("DO NOT USE THESE NUMBERS: they come from a fit that did not converge".into());
         }
         lines.extend(conventions.iter().map(|line| (*line).to_string()));
         if !file.envelope.is_empty() {
@@ -177,7 +179,7 @@ impl Draft {
         lines.extend(source.losses.told());
         lines.push(match self.lost.is_empty() {
             true => "Nothing of the model is lost here".into(),
-            false => format!("LOST, this file moves otherwise than the model: {}", self.lost.join(", ")),
+            false => format!("LOST, this file moves differently from the model: {}", self.lost.join(", ")),
         });
         lines.iter().map(|line| one_line(line)).collect()
     }

@@ -251,7 +251,8 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     let unseen = found.unseen();
     if !unseen.is_empty() {
         let text = format!(
-            "no output tells of {}: the filter carries it along by dead reckoning, and its row of the stationary gain is 0",
+            "no output observes {}: the filter propagates it by dead reckoning, and its row of the stationary gain \
+             is 0",
             unseen.join(", ")
         );
         draft.warnings.push(Finding::new(&codes::UNSEEN, text));
@@ -266,7 +267,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     let mut lines = vec![
         "Axes: forward-starboard-down, earth north-east-down; SI units, rad",
         "x_dot = A (x - x0) + B (tau - tau0) + G w,   y - y0 = C (x - x0) + D (tau - tau0) + e",
-        "w: white of intensity Q; e: white of variance R at each sample (continuous filters take R dt)",
+        "w: white, intensity Q; e: white, variance R at each sample (continuous filters use R dt)",
         "Discrete, inputs held over dt: A_d, B_d, Q_d",
     ];
     lines.extend(forces.iter().map(String::as_str));

@@ -56,7 +56,7 @@ pub struct Linear {
 }
 
 /// Limits of validity of a linear model.
-pub(super) const SMALL: &str = "small motions about x0 and tau0; what is not linear, and delays, are not in it";
+pub(super) const SMALL: &str = "small motions about x0 and tau0; nonlinear terms and delays are not included";
 
 /// Maximum number of Newton steps in the search for the forces that hold a point.
 const STEPS: usize = 30;
@@ -218,8 +218,7 @@ impl<'g, 'a> Point<'g, 'a> {
         if rate.amax() < 1e-6 {
             return Ok((self.settled(&tau), tau));
         }
-        let reason =
-            "the actuators of the model do not let it through; give the forces (tau_u, …) themselves".to_string();
+        let reason = "the actuators of the model block it; give the forces (tau_u, …) themselves".to_string();
         Err(ExportError::NoTrim { reason })
     }
 
@@ -289,7 +288,7 @@ pub(super) fn told(source: &Source<'_>, found: &Linear, target: Target) -> Draft
     let greatest = moving.map(|(_, rate)| rate.abs()).fold(0.0, f64::max);
     if greatest > 1e-6 {
         let text = format!(
-            "at the operating point the velocities change by up to {greatest:.3} a second: it is no equilibrium"
+            "at the operating point the velocities change by up to {greatest:.3} a second: it is not an equilibrium"
         );
         draft.warnings.push(Finding::new(&codes::EQUILIBRIUM, text));
     }

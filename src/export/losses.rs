@@ -52,13 +52,15 @@ impl Losses {
     /// The line about losses in the heading.
     pub fn told(&self) -> Option<String> {
         if self.acting {
-            return Some("Forces here are those that act: losses of thrust are left to what makes them".into());
+            return Some(
+                "Forces here are effective ones: whatever computes them must include the losses of thrust".into(),
+            );
         }
         self.any().then(|| {
             let [slope, intercept] = self.advance;
             let inter = self.interaction.map(number).join(", ");
             format!(
-                "Forces here are nominal: acting = eta_inter ({inter}) x eta_adv ({} |v| + {}) x nominal",
+                "Forces here are nominal: effective = eta_inter ({inter}) x eta_adv ({} |v| + {}) x nominal",
                 number(slope),
                 number(intercept)
             )
@@ -80,17 +82,17 @@ pub(super) fn of(efficiency: &Efficiency, target: Target, options: &ExportOption
     }
     let refused = |reason: String| Err(ExportError::Losses { losses: named(efficiency), reason });
     if !target.computes() {
-        return refused(format!("`{}` has no place for them", target.name()));
+        return refused(format!("`{}` cannot represent them", target.name()));
     }
     if let Some(entry) = efficiency.eta_inter.0.iter().find(|e| !e.thrusters.is_empty()) {
         return refused(format!(
-            "eta_inter of {} depends on the thrusters that run, which a force of the vehicle does not tell",
+            "eta_inter of {} depends on which thrusters run, which a force on the whole vehicle does not tell",
             entry.dof
         ));
     }
     if efficiency.eta_adv.is_some() && efficiency.advance_speed == AdvanceSpeed::ThrusterAxis {
         return refused(
-            "eta_adv is counted along the axis of each thruster, which a force of the vehicle does not tell".into(),
+            "eta_adv refers to the axis of each thruster, which a force on the whole vehicle does not tell".into(),
         );
     }
     let advance = efficiency.eta_adv.map_or([0.0, 1.0], |line| [line.slope, line.intercept]);
@@ -113,7 +115,7 @@ pub(super) fn gain(campaign: &CampaignFile, of: &Thruster, options: &ExportOptio
     let (efficiency, model) = (&campaign.efficiency, &campaign.model);
     let refused = |reason: String| Err(ExportError::Losses { losses: named(efficiency), reason });
     if efficiency.eta_adv.is_some_and(|line| !is(line.slope, 0.0)) {
-        return refused("eta_adv falls with the speed, for which the thruster of the target has no place".into());
+        return refused("eta_adv falls with the speed, which the thruster of the target cannot represent".into());
     }
     let pushes = |t: &Thruster, dof: Dof| t.unit_wrench()[dof.index()].abs() > 1e-12;
     let where_it_pushes = |counts: &dyn Fn(Dof) -> bool| -> Vec<Dof> {
@@ -135,7 +137,8 @@ pub(super) fn gain(campaign: &CampaignFile, of: &Thruster, options: &ExportOptio
     if values.iter().any(|(_, value)| !is(*value, first)) {
         let each: Vec<String> = values.iter().map(|(dof, value)| format!("{dof} {}", number(*value))).collect();
         return refused(format!(
-            "eta_inter differs between the degrees of freedom that thruster {:?} pushes in ({}), so that it is no factor of its thrust",
+            "eta_inter differs between the degrees of freedom that thruster {:?} pushes in ({}), so it is not one \
+             factor of its thrust",
             of.name,
             each.join(", ")
         ));

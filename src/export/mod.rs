@@ -103,7 +103,10 @@ pub enum ExportError {
     #[error("the dry mass is not known: give it in [vehicle] of the campaign before fitting, or with --mass KG")]
     NoMass,
     /// The rigid body has no inertia.
-    #[error("no moment of inertia is known and none can be made from the vehicle's length: give --inertia IXX,IYY,IZZ")]
+    #[error(
+        "no moment of inertia is known, and the vehicle's length is missing to estimate one: give --inertia \
+             IXX,IYY,IZZ"
+    )]
     NoInertia,
     /// A value that no file can contain.
     #[error("{name} = {value}: must be a finite number{}", if *.positive { " above 0" } else { "" })]
@@ -124,14 +127,15 @@ pub enum ExportError {
         known: String,
     },
     /// No force holds the operating point.
-    #[error("no force holds this operating point: {reason}")]
+    #[error("no force can hold this operating point: {reason}")]
     NoTrim {
         /// Cause.
         reason: String,
     },
     /// The target has no place for the losses of thrust that belong to the model.
     #[error(
-        "the model goes with losses of thrust ([efficiency]: {losses}), and {reason}: count them in what makes the forces, and export with --acting, by which the forces of the target are those that act"
+        "the model includes losses of thrust ([efficiency]: {losses}), and {reason}: apply them where the forces are \
+         computed, and export with --acting, which makes the forces of the target the effective ones"
     )]
     Losses {
         /// The losses.
@@ -149,7 +153,8 @@ pub enum ExportError {
     },
     /// The model file contains no noise.
     #[error(
-        "{}: this model carries no noise, which the filter needs: fit the campaign with estimator = \"filter_error\" and --model FILE, and export that",
+        "{}: this model has no noise, which the filter needs: fit the campaign with estimator = \"filter_error\" and \
+         --model FILE, and export that",
         .0.display()
     )]
     NoNoise(PathBuf),

@@ -33,12 +33,13 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let pieces = Pieces::new(source, options, &mut draft)?;
     let own = [
         "Use: model, data = load(); data.ctrl[:] = forces and moments, forward-starboard-down; mujoco.mj_step(model, data)",
-        "World of the MJCF: z up; body forward-port-up; the callback turns",
+        "World of the MJCF: z up; body forward-port-up; the callback transforms",
         "Fluid: the coefficients are in hydrodynamics(), the bias of the six motors; data.actuator_force holds it beside the command",
         "density, viscosity and fluidcoef of the MJCF stay 0; other models of the process are left as they are",
     ];
-    let limits = "one vehicle, first in the file; contacts and other joints feel its dry mass alone, without the added one; \
-                  actuators of your own, and forces in data.qfrc_applied, too: command by data.ctrl or data.xfrc_applied";
+    let limits = "one vehicle, first in the file; contacts and other joints see only its dry mass, without the added \
+                  mass; so do actuators of your own, and forces in data.qfrc_applied: command by data.ctrl or \
+                  data.xfrc_applied";
     let step = STEP.min(0.1 * pieces.longest_steps[0]);
     let stability = format!("{}; the MJCF has RK4 and a step of {} s", pieces.stability(), number(step));
     let head = draft.head(source, &[&CONVENTIONS[..], &own[..]].concat(), &Bounds { limits, stability: &stability });

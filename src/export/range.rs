@@ -17,7 +17,8 @@ pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options:
         return Vec::new();
     }
     if file.envelope.is_empty() {
-        let text = "the model file does not say between which speeds, angles and amplitudes it was fitted: fit it anew to know";
+        let text = "the model file does not say at which speeds, angles and amplitudes it was fitted: fit it again \
+                    to record them";
         return vec![Finding::new(&codes::NO_ENVELOPE, text)];
     }
     let mut findings = Vec::new();
@@ -29,7 +30,7 @@ pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options:
             speeds.chain(angles).map(|(name, [low, high])| format!("{name} {low:.3} to {high:.3}")).collect();
         if !ranges.is_empty() {
             let text = format!(
-                "`{}` moves at any speed; the model was fitted between (SI units) {}: beyond, it extrapolates",
+                "`{}` moves at any speed; the model was fitted within (SI units) {}: beyond, it extrapolates",
                 target.name(),
                 ranges.join(", ")
             );
@@ -51,7 +52,7 @@ fn at_one_amplitude(file: &ModelFile, model: &Model, target: Target) -> Option<F
     let told: Vec<String> = model.dofs.iter().filter_map(of).collect();
     (!told.is_empty()).then(|| {
         let text = format!(
-            "the runs of the fit oscillate at one amplitude in {}, and `{}` takes their added mass and drag at any",
+            "the runs of the fit oscillate at one amplitude in {}, and `{}` uses their added mass and drag at any",
             told.join(", "),
             target.name()
         );

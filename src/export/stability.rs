@@ -125,11 +125,11 @@ pub(super) fn with_late_added_mass(longest: f64, share: f64, most: f64) -> f64 {
 pub(super) fn told(longest: f64) -> String {
     if longest.is_finite() {
         format!(
-            "explicit Euler shrinks what the model damps for steps below {} s at the speeds of the fit",
+            "explicit Euler damps what the model damps for steps below {} s at the speeds of the fit",
             digits(longest)
         )
     } else {
-        "nothing is damped, so that no step of explicit Euler is stable; use a Runge-Kutta scheme".into()
+        "nothing is damped, so no step of explicit Euler is stable; use a Runge-Kutta scheme".into()
     }
 }
 
@@ -141,7 +141,7 @@ pub(super) fn told_with_angles(longest: f64, of_angles: f64) -> String {
         return velocities;
     }
     format!(
-        "{velocities}, and below {} s where angles are stepped by the velocities before the step",
+        "{velocities}, and below {} s if the angles are stepped with the velocities of the previous step",
         digits(of_angles)
     )
 }
@@ -156,10 +156,10 @@ pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
     let matrix = DMatrix::from_fn(a.len(), a.len(), |i, j| a[i][j]);
     let size = matrix.amax();
     if a.is_empty() || size == 0.0 {
-        return "A is 0: states stay where they are put".into();
+        return "A is 0: states stay constant".into();
     }
     let Some(mut values) = eigenvalues(&matrix) else {
-        return "the eigenvalues of A were not found".into();
+        return "the eigenvalues of A could not be computed".into();
     };
     values.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
     // an eigenvalue of a defective matrix is known to the square root of the rounding
@@ -174,8 +174,8 @@ pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
     let grow = values.iter().filter(|value| value.re > still).count();
     let stay = values.iter().filter(|value| value.re.abs() <= still).count();
     let verdict = match (grow, stay) {
-        (0, 0) => "every motion dies out".to_string(),
-        (0, _) => format!("{stay} stay, the others die out"),
+        (0, 0) => "all modes decay".to_string(),
+        (0, _) => format!("{stay} stay constant, the others decay"),
         _ => format!("UNSTABLE at this point: {grow} grow"),
     };
     format!("eigenvalues of A (1/s) {}: {verdict}", words.join(", "))
@@ -235,7 +235,7 @@ mod tests {
         assert!((longest - 5.0).abs() < 1e-9, "{longest}");
         assert!(comes_upright(12.0, 1600.0, 0.9 * of_angles) && !comes_upright(12.0, 1600.0, 1.1 * of_angles));
         let words = told_with_angles(longest, of_angles);
-        assert!(words.contains("below 5 s at the speeds of the fit, and below 0.0075 s where angles"), "{words}");
+        assert!(words.contains("below 5 s at the speeds of the fit, and below 0.0075 s if the angles"), "{words}");
         assert_eq!(told_with_angles(1.0, 2.0), told(1.0));
     }
 
@@ -264,9 +264,9 @@ mod tests {
     #[test]
     fn eigenvalues_are_told_with_what_grows() {
         let told = spectrum(&[vec![-0.5, 0.0, 0.0], vec![0.0, -0.1, 2.0], vec![0.0, -2.0, -0.1]]);
-        assert_eq!(told, "eigenvalues of A (1/s) -0.5, -0.1 +- 2i: every motion dies out");
+        assert_eq!(told, "eigenvalues of A (1/s) -0.5, -0.1 +- 2i: all modes decay");
         let told = spectrum(&[vec![-0.5, 0.0], vec![1.0, 0.0]]);
-        assert_eq!(told, "eigenvalues of A (1/s) -0.5, 0: 1 stay, the others die out");
+        assert_eq!(told, "eigenvalues of A (1/s) -0.5, 0: 1 stay constant, the others decay");
         assert!(spectrum(&[vec![0.25]]).ends_with("0.25: UNSTABLE at this point: 1 grow"));
         assert!(spectrum(&[vec![0.0]]).contains("A is 0"));
     }

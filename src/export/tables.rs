@@ -28,17 +28,18 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         source,
         &[
             "SI units, axes forward-starboard-down; value: on the side of drag and inertia, SNAME: the opposite sign",
-            "SNAME's added mass is dry less virtual mass, couplings with m r_g; it is left out where the dry one is not known",
-            "SNAME's X_vr, Y_ur ... are those of the whole product, the dry mass in it",
+            "SNAME's added mass is dry minus virtual mass, couplings with m r_g; it is left out if the dry one is not \
+             known",
+            "SNAME's X_vr, Y_ur ... are those of the whole product, including the dry mass",
         ],
         &Bounds {
-            limits: "the values hold for motions like those of the fit",
-            stability: "a table moves nothing; what is made of it has its own longest step",
+            limits: "the values hold for motions similar to those of the fit",
+            stability: "a table simulates nothing; whatever uses it has its own longest step",
         },
     );
     let told = losses::named(&source.file.efficiency);
     if !told.is_empty() {
-        head.push(format!("The values go with forces that act, by losses of thrust: {}", one_line(&told)));
+        head.push(format!("The values refer to effective forces, after losses of thrust: {}", one_line(&told)));
     }
     let vehicle = Vehicle { mass: options.mass.or(source.file.vehicle.mass), ..source.file.vehicle.clone() };
     let row = |p: &Parameter| sname(p, described(p, None, &vehicle, &[]), options.inertia);

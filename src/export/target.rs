@@ -119,7 +119,7 @@ impl Target {
     pub const fn version(self) -> &'static str {
         match self {
             Target::Gazebo => {
-                "gz-sim 7.2 to 8 (Garden, Harmonic), Hydrodynamics system; 9 reads it and calls it deprecated"
+                "gz-sim 7.2 to 8 (Garden, Harmonic), Hydrodynamics system; 9 reads it but calls it deprecated"
             }
             Target::GazeboAddedMass => {
                 "SDF 1.10 and later, gz-sim 8 and later with the DART engine, Hydrodynamics system"
@@ -155,9 +155,10 @@ impl Target {
     /// other name.
     pub fn why_absent(name: &str) -> Option<&'static str> {
         name.eq_ignore_ascii_case("stonefish").then_some(
-            "Stonefish is no target: its scenario takes drag from the faces of a mesh and added mass from an ellipsoid, and has \
-             no place for derivatives of moments or for couplings, so that no file of it moves as the model does. Give the \
-             body physics=\"surface\" and apply the force of `c-header` to it: docs/exports.md, Stonefish",
+            "Stonefish is not a target: its scenario computes drag from the faces of a mesh and added mass from an \
+             ellipsoid, and cannot represent derivatives of moments or couplings, so no scenario file moves as the \
+             model does. Give the body physics=\"surface\" and apply the force of `c-header` to it: docs/exports.md, \
+             Stonefish",
         )
     }
 

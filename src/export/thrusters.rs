@@ -49,7 +49,7 @@ pub(super) fn export(
             numbers(&gains, ", ")
         ));
     } else if options.acting {
-        head.push("Curves of bollard pull: losses of thrust are not in them".into());
+        head.push("Curves of bollard pull: losses of thrust are not included".into());
     }
     head.extend(bounds(target).lines());
     let bytes = match target {
@@ -69,7 +69,7 @@ fn bounds(target: Target) -> Bounds<'static> {
         },
         _ => Bounds {
             limits: "steady thrust at bollard pull, between the pulses of full command",
-            stability: "the file moves nothing; gains of the controllers are not in it",
+            stability: "the file moves nothing; gains of the controllers are not included",
         },
     }
 }
@@ -77,7 +77,7 @@ fn bounds(target: Target) -> Bounds<'static> {
 fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], findings: &mut Vec<Finding>) -> Vec<u8> {
     head.push("Commands are forces in N along the axis of the joint; positions and axes forward-port-up, m".into());
     head.push(
-        "thrust_coefficient and propeller_diameter set the speed of the blades alone: put those of your propeller"
+        "thrust_coefficient and propeller_diameter only set the speed of the blades: enter those of your propeller"
             .into(),
     );
     let mut xml = Xml::new(&head);
@@ -96,7 +96,7 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], finding
                 numbers(&axis, " ")
             ),
             format!(
-                "F = a V'|V'| + b V', forward a {} b {}, reverse a {} b {}, V' = V less the dead band {}",
+                "F = a V'|V'| + b V', forward a {} b {}, reverse a {} b {}, V' = V minus the dead band {}",
                 number(gain * curve.forward.a),
                 number(gain * curve.forward.b),
                 number(gain * curve.reverse.a),

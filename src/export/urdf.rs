@@ -42,16 +42,18 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let held = under(GRAVITY, &found, source.model, &parts.body, vehicle, &source.file.water);
     let [longest, of_angles] =
         [longest_step, longest_step_of_angles].map(|of| of(&found, &parts, &source.file.envelope));
-    let stability =
-        format!("the library inverts M as a whole, its user integrates: {}", told_with_angles(longest, of_angles));
+    let stability = format!(
+        "the library inverts M as a whole, the calling program integrates: {}",
+        told_with_angles(longest, of_angles)
+    );
     let head = draft.head(
         source,
         &[
             "Signs: SNAME derivatives, negative where they brake or add mass",
             "Axes of <hydrodynamics>: forward-starboard-down at the body origin, weight along +z, SI units; of <link>: forward-port-up",
-            "Coriolis forces of rigid body and added mass are counted by the library",
+            "Coriolis forces of rigid body and added mass are computed by the library",
         ],
-        &Bounds { limits: "wholly submerged; no surface, no walls, no tether", stability: &stability },
+        &Bounds { limits: "fully submerged; no surface, no walls, no tether", stability: &stability },
     );
     let mut xml = Xml::new(&head);
     let name = if vehicle.name.is_empty() { "vehicle" } else { &vehicle.name };

@@ -51,7 +51,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let [least, most] = added_share(&own, &added);
     if least <= STABLE[0] || most >= STABLE[1] {
         let text = format!(
-            "the added mass is {least:.2} to {most:.2} times the rigid mass: the plugin applies it from filtered earlier accelerations, which is stable between {} and {:.2} alone",
+            "the added mass is {least:.2} to {most:.2} times the rigid mass: the plugin applies it from filtered \
+             earlier accelerations, which is stable only between {} and {:.2}",
             STABLE[0], STABLE[1]
         );
         draft.warnings.push(Finding::new(&codes::UNSTABLE, text));
@@ -61,7 +62,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let centre = turned_place(std::array::from_fn(|i| held.centre[i] - parts.body.cg[i] * held.weight / held.up()));
     let longest = longest_step(&found, &parts, &source.file.envelope);
     let stability = format!(
-        "added over rigid inertia, {least:.2} to {most:.2}, has to lie between {} and {:.2} (acceleration filtered by 0.3); {}",
+        "added over rigid inertia, {least:.2} to {most:.2}, must lie between {} and {:.2} (acceleration filtered by \
+         0.3); {}",
         STABLE[0],
         STABLE[1],
         told(with_late_added_mass(longest, most, STABLE[1]))
@@ -70,11 +72,13 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         source,
         &[
             "Signs: added_mass positive; linear_damping, quadratic_damping negative where they brake",
-            "Axes: matrices forward-starboard-down, into which the plugin turns velocities; places forward-port-up; SI units",
-            "The link needs the inertial told below; its centre of mass stands at the body origin, and the couplings m r_g",
+            "Axes: matrices forward-starboard-down, to which the plugin transforms velocities; positions \
+             forward-port-up; SI units",
+            "The link needs the inertial given below; its centre of mass is at the body origin, and the couplings m \
+             r_g",
             "of the true one are in added_mass and center_of_buoyancy; add a <box> where the vehicle comes near the surface",
         ],
-        &Bounds { limits: "wholly submerged; no walls, no tether", stability: &stability },
+        &Bounds { limits: "fully submerged; no walls, no tether", stability: &stability },
     );
     let mut xml = Xml::new(&head);
     let link = options.link.as_deref().unwrap_or("base_link");

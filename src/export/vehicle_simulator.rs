@@ -29,8 +29,10 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         "Put the file into vehicles/, or import it, and hand identified() to simulate(N, sampleTime, vehicle)",
         "Control: six forces and moments, N and N m; override stepInput(t), or set tau",
         "A current, V_current (m/s) and beta_current (rad), is the same everywhere",
-        "HoloOcean: fossen_model_keys[\"identified\"] = IdentifiedHoloOcean; it turns NWU to NED itself; its state is that of the",
-        "centre of mass, CENTRE_OF_MASS from the body origin, and its accelerations are those in the world: the class turns both",
+        "HoloOcean: fossen_model_keys[\"identified\"] = IdentifiedHoloOcean; it converts NWU to NED itself; its state \
+         is that of the",
+        "centre of mass, CENTRE_OF_MASS from the body origin, and its accelerations are those in the world: the class \
+         converts both",
     ];
     let limits = "no walls, no surface, no tether; roll and pitch below 90 degrees";
     let bounds = Bounds { limits, stability: &pieces.stability() };

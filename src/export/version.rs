@@ -18,25 +18,23 @@ pub(super) fn check(target: Target, options: &ExportOptions) -> Result<Vec<Findi
     let Some(version) = &options.version else { return Ok(Vec::new()) };
     let refused = |reason: String| Err(ExportError::Version { version: version.clone(), reason });
     let Some(first) = target.first_version() else {
-        return refused(format!(
-            "a file of `{}` is the same for every version: leave --target-version out",
-            target.name()
-        ));
+        return refused(format!("a file of `{}` is the same for every version: omit --target-version", target.name()));
     };
     let Some(asked) = parsed(version) else {
-        return refused("a version of gz-sim is wanted, such as 8 or 7.2".into());
+        return refused("a version of gz-sim is expected, such as 8 or 7.2".into());
     };
     if asked < first {
         let [major, minor] = first;
         let why = match target {
             Target::Gazebo => "its Hydrodynamics system reads neither xUabsU nor couplings",
-            Target::GazeboAddedMass => "fluid_added_mass of the link has not been tried there",
-            _ => "its Thruster system has not been tried there",
+            Target::GazeboAddedMass => "fluid_added_mass of the link has not been tested there",
+            _ => "its Thruster system has not been tested there",
         };
         return refused(format!("`{}` needs gz-sim {major}.{minor} or later: {why}", target.name()));
     }
     let deprecated = target == Target::Gazebo && asked >= [9, 0];
-    let text = "gz-sim 9 calls added mass in the Hydrodynamics system deprecated: use the target `gazebo-added-mass`, in which it stands in the inertia of the link";
+    let text = "gz-sim 9 calls added mass in the Hydrodynamics system deprecated: use the target \
+                `gazebo-added-mass`, in which it is part of the inertia of the link";
     Ok(if deprecated { vec![Finding::new(&codes::DEPRECATED, text)] } else { Vec::new() })
 }
 
@@ -67,6 +65,6 @@ mod tests {
         assert_eq!((with(Target::Gazebo, "9"), with(Target::GazeboAddedMass, "9")), (Ok(1), Ok(0)));
         assert!(with(Target::GazeboAddedMass, "7.9").is_err());
         assert!(with(Target::Gazebo, "harmonic").unwrap_err().contains("such as 8"));
-        assert!(with(Target::Csv, "1").unwrap_err().contains("leave"));
+        assert!(with(Target::Csv, "1").unwrap_err().contains("omit"));
     }
 }

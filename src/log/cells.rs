@@ -103,7 +103,8 @@ impl Cells<'_> {
             _ if cell.is_empty() => (codes::MISSING, "no time stamp; a row without time cannot be used".to_string()),
             _ if text == header => {
                 let message = format!(
-                    "{shown} is not a number: the header line stands here again, two logs were joined; read them as two runs"
+                    "{shown} is not a number: the header line appears again, so two logs were joined; read them as two \
+                     runs"
                 );
                 (codes::PARSE, message)
             }
@@ -112,18 +113,19 @@ impl Cells<'_> {
                 (codes::TIME_FORMAT, message)
             }
             NoTime::NoDate => {
-                let message = format!("{shown} is no ISO 8601 date such as 2024-07-01T10:40:00.100Z");
+                let message = format!("{shown} is not an ISO 8601 date such as 2024-07-01T10:40:00.100Z");
                 (codes::TIME_FORMAT, message)
             }
             NoTime::NoDateAndTime => {
                 let message = format!(
-                    "{shown} and the cell of columns.date are no time of day and date such as 10:40:00.100 and 2024-07-01, 20240701 or 01.07.2024"
+                    "{shown} and the cell of columns.date are not a time of day and a date such as 10:40:00.100 and \
+                     2024-07-01, 20240701 or 01.07.2024"
                 );
                 (codes::TIME_FORMAT, message)
             }
-            NoTime::NoTimeOfDay => (codes::TIME_FORMAT, format!("{shown} is no time of day such as 10:40:00.100")),
+            NoTime::NoTimeOfDay => (codes::TIME_FORMAT, format!("{shown} is not a time of day such as 10:40:00.100")),
             NoTime::NoDuration => {
-                (codes::TIME_FORMAT, format!("{shown} is no number with a unit of time such as 12.3 sec"))
+                (codes::TIME_FORMAT, format!("{shown} is not a number with a unit of time such as 12.3 sec"))
             }
             NoTime::NonFinite => (codes::NON_FINITE, format!("{shown} is not a finite number")),
             NoTime::Parse if duration(text.as_bytes(), self.decimal).is_some() => {

@@ -75,9 +75,9 @@ pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Res
     let how = if own {
         "sampled with it".to_string()
     } else {
-        format!("interpolated to its stamps; {} samples lie outside", time.len() - inside.len())
+        format!("interpolated to their time stamps; {} samples lie outside", time.len() - inside.len())
     };
-    Ok(format!("u, v, w are turned from earth to body axes by the attitude, {how}"))
+    Ok(format!("u, v, w are rotated from earth to body axes by the attitude, {how}"))
 }
 
 /// Returns an angle at time `t`, interpolated linearly the short way round; before the first and

@@ -67,24 +67,26 @@ impl Faults {
             }
             Broken::OtherLog(name, extra) => {
                 let text = format!(
-                    "this is {name}, not CSV: `hydrosysid init LOG -o FOLDER` reads it and writes a campaign, `hydrosysid \
-                     convert LOG --map map.toml -o log.csv` turns it into CSV; both by the command of the Python package \
-                     (pip install 'hydrosysid[{extra}]')"
+                    "this is {name}, not CSV: `hydrosysid init LOG -o FOLDER` reads it and writes a campaign, \
+                     `hydrosysid convert LOG --map map.toml -o log.csv` turns it into CSV; both with the command of \
+                     the Python package (pip install 'hydrosysid[{extra}]')"
                 );
                 (codes::OTHER_FORMAT, None, None, text)
             }
             Broken::Nul(line @ 1) => {
-                let text = "a NUL byte in the first line: this is no text, and its first bytes are those of no log that is known; \
-                            where it is a log of another format its beginning is missing: copy it off the vehicle again";
+                let text = "a NUL byte in the first line: this is not text, and its first bytes are not those of a \
+                            known log format; if it is a log of another format, its beginning is missing: copy it off \
+                            the vehicle again";
                 (codes::ENCODING, Some(*line), None, text.to_string())
             }
             Broken::Nul(line) => {
-                let text = "a NUL byte: a block that was never written, as after a power loss; cut these bytes out, or cut the \
-                            file here";
+                let text = "a NUL byte: a block that was never written, as after a power loss; cut these bytes out, or \
+                            cut the file off here";
                 (codes::ENCODING, Some(*line), None, text.to_string())
             }
             Broken::NotUtf8(line, byte) => {
-                let text = format!("byte 0x{byte:02X} is not UTF-8; convert the file, as by iconv -f LATIN1 -t UTF-8");
+                let text =
+                    format!("byte 0x{byte:02X} is not UTF-8; convert the file, e.g. with iconv -f LATIN1 -t UTF-8");
                 (codes::ENCODING, Some(*line), None, text)
             }
             Broken::TooLong(line) => {
@@ -93,10 +95,10 @@ impl Faults {
                 (codes::LINE_LENGTH, Some(*line), None, text)
             }
             Broken::OpenQuote(line, field) => {
-                (codes::QUOTE, Some(*line), Some(*field), "a quote is opened here and never closed".to_string())
+                (codes::QUOTE, Some(*line), Some(*field), "a quote is opened here but never closed".to_string())
             }
             Broken::StrayQuote(line, field) => {
-                let text = "something follows the closing quote; a quote inside quotes is written twice";
+                let text = "text follows the closing quote; a quote inside quotes is written twice";
                 (codes::QUOTE, Some(*line), Some(*field), text.to_string())
             }
             Broken::Io(error) => {
@@ -120,9 +122,9 @@ impl Faults {
             let mut text = case.text.clone();
             let all = total(&case.code);
             if all > case.count {
-                text += &format!(" ({} such in this column, {all} in the file)", case.count);
+                text += &format!(" ({} of these in this column, {all} in the file)", case.count);
             } else if all > 1 {
-                text += &format!(" ({all} such in the file)");
+                text += &format!(" ({all} of these in the file)");
             }
             Finding::at(&case.code, file, case.line, case.column.as_deref(), &text).quoting(case.quote.clone())
         });
@@ -137,7 +139,7 @@ pub fn no_number(cell: &[u8], decimal: char, missing_is_error: bool) -> String {
     let marks: Vec<String> =
         text.chars().filter(|c| !c.is_ascii()).take(3).map(|c| format!("U+{:04X}", c as u32)).collect();
     if !marks.is_empty() {
-        message += &format!("; it holds {}", marks.join(", "));
+        message += &format!("; it contains {}", marks.join(", "));
     }
     let other = if decimal == '.' { ',' } else { '.' };
     let swapped: String = text.chars().map(|c| if c == other { decimal } else { c }).collect();
@@ -146,7 +148,7 @@ pub fn no_number(cell: &[u8], decimal: char, missing_is_error: bool) -> String {
         message += &format!("; if {other:?} is the decimal mark set decimal = \"{other}\"");
     } else if looks_missing {
         let drop = if missing_is_error { " and missing = \"drop\" or \"no_sample\"" } else { "" };
-        message += &format!("; if it stands for no value set missing_values = [{:?}]{drop}", text.as_ref());
+        message += &format!("; if it means no value set missing_values = [{:?}]{drop}", text.as_ref());
     }
     message
 }
@@ -163,7 +165,7 @@ mod tests {
         }
         let (found, further) = faults.into_findings("f.csv");
         assert_eq!((found.len(), further), (2, 0));
-        assert_eq!(found[0].message, "f.csv, line 8, column u: 'NaN' (2 such in this column, 3 in the file)");
+        assert_eq!(found[0].message, "f.csv, line 8, column u: 'NaN' (2 of these in this column, 3 in the file)");
     }
 
     #[test]

@@ -205,7 +205,7 @@ impl Reader<'_> {
             match fields[..] {
                 [] => {
                     let text = format!(
-                        "columns.{canonical} = {} is not in the header; there are {}",
+                        "columns.{canonical} = {} is not in the header, which has {}",
                         quoted(wanted),
                         self.listed()
                     );
@@ -240,7 +240,7 @@ impl Reader<'_> {
     fn duplicate(&mut self, name: &str, fields: &[usize]) {
         let places: Vec<String> = fields.iter().map(|i| (i + 1).to_string()).collect();
         let text = format!(
-            "the name {} stands over fields {}; rename one, or name the right one in columns",
+            "the name {} heads fields {}; rename one, or name the right one in columns",
             quoted(name),
             places.join(" and ")
         );
@@ -293,7 +293,7 @@ impl Reader<'_> {
             let is_there = named.iter().any(|(n, _)| n == name);
             if !is_there && !self.found.iter().any(|f| f.column.as_deref() == Some(name)) {
                 let text = format!(
-                    "no column {}; there are {}; if one of them is it, set columns.{name} = \"its header\"",
+                    "no column {}; the header has {}; if one of them is it, set columns.{name} = \"its header\"",
                     quoted(name),
                     self.listed()
                 );

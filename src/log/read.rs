@@ -131,10 +131,10 @@ fn collect<R: Read>(
         let dropped = passage.missing + passage.duplicates + passage.truncated;
         faults.add(&codes::NO_DATA, None, None, || match dropped {
             0 => "there is a header but no row".to_string(),
-            n => format!("none of the {n} rows is left"),
+            n => format!("none of the {n} rows remains"),
         });
     } else if taken == 1 && plan.time.is_some() {
-        faults.add(&codes::ONE_ROW, None, None, || "1 row is no motion; at least 2 are needed".to_string());
+        faults.add(&codes::ONE_ROW, None, None, || "1 row shows no motion; at least 2 are needed".to_string());
     }
     let time: Arc<[f64]> = std::mem::take(&mut table.time).into();
     let mut log = LogFile {
@@ -154,7 +154,7 @@ fn collect<R: Read>(
         faults.add(&codes::EARTH_VELOCITY, None, None, || error.to_string());
     }
     for name in required.iter().filter(|n| **n != "t" && !log.signals.contains_key(**n)) {
-        faults.add(&codes::MISSING, None, Some(name), || "the column holds no value at all".to_string());
+        faults.add(&codes::MISSING, None, Some(name), || "the column has no value at all".to_string());
     }
     if !faults.is_empty() {
         return Err(LogError::refused(file, faults));
@@ -169,15 +169,15 @@ fn collect<R: Read>(
     if !repeated.is_empty() {
         let of = |r: &Repeats| format!("{} of {} values of {}", r.count, r.values, r.column);
         let said: Vec<String> = repeated.iter().map(of).collect();
-        let said = format!("{} only repeat the one before", said.join(", "));
+        let said = format!("{} only repeat the previous one", said.join(", "));
         match options.repeated {
             Repeated::NoSample => {
-                log.note(&codes::REPEATED, None, &format!("{said}: no samples (repeated = \"no_sample\")"));
+                log.note(&codes::REPEATED, None, &format!("{said}: treated as no samples (repeated = \"no_sample\")"));
             }
             _ => {
                 let text = format!(
-                    "{said}: a slower sensor, written at the rate of the log, of which each sample is used once; \
-                     repeated = \"no_sample\" says that this is right, \"sample\" that all are measurements"
+                    "{said}: a slower sensor, written at the rate of the log; each of its samples is used once; \
+                     repeated = \"no_sample\" confirms this, \"sample\" says that all are measurements"
                 );
                 log.warn(&codes::HELD, None, None, &text);
             }
@@ -255,7 +255,7 @@ fn dropped_out(log: &mut LogFile, repeated: &[Repeats]) {
     };
     let said: Vec<String> = repeated.iter().filter_map(of).collect();
     if !said.is_empty() {
-        let text = format!("{}: the sensor had dropped out, and gives no sample meanwhile", said.join("; "));
+        let text = format!("{}: the sensor dropped out; these values are treated as no samples", said.join("; "));
         log.warn(&codes::HELD, None, None, &text);
     }
 }

@@ -52,8 +52,8 @@ impl Passage {
         let mut tell = |code, line, text: &str| found.push(Finding::at(code, file, line, None, text));
         let rows = |n: u64| if n == 1 { "1 row".to_string() } else { format!("{n} rows") };
         for (count, why) in [
-            (self.missing, "for a missing value (missing = \"drop\")"),
-            (self.duplicates, "for a repeated time stamp (duplicates = \"first\")"),
+            (self.missing, "because of a missing value (missing = \"drop\")"),
+            (self.duplicates, "because of a repeated time stamp (duplicates = \"first\")"),
             (self.truncated, "because the log ends inside it (truncated = \"drop\")"),
         ] {
             if count > 0 {
@@ -61,18 +61,19 @@ impl Passage {
             }
         }
         if let Some((line, count)) = self.blank {
-            let more = if count > 1 { format!(" ({count} such places)") } else { String::new() };
+            let more = if count > 1 { format!(" ({count} such lines)") } else { String::new() };
             tell(&codes::BLANK_LINE, Some(line), &format!("a blank line was skipped{more}"));
         }
         match (self.open_end, self.short_field) {
             (Some(line), Some((decimals, others))) => {
                 let text = format!(
-                    "the file ends without a line end and its last number has {decimals} decimals where all others have {others} or more: it may be cut"
+                    "the file ends without a line end and its last number has {decimals} decimals where all others \
+                     have {others} or more: it may be truncated"
                 );
                 tell(&codes::SHORT_LAST_FIELD, Some(line), &text);
             }
             (Some(line), None) => {
-                tell(&codes::NO_FINAL_NEWLINE, Some(line), "the last row is without its line end");
+                tell(&codes::NO_FINAL_NEWLINE, Some(line), "the last row has no line end");
             }
             _ => {}
         }

@@ -9,14 +9,15 @@ use super::options::{ColumnSource, LogOptions};
 pub enum OptionsError {
     /// The delimiter could be part of a number or a name.
     #[error(
-        "delimiter = {0:?}: it must be one ASCII character that is no letter, digit, quote, sign or line end, such as \",\", \";\" or \"\\t\""
+        "delimiter = {0:?}: it must be one ASCII character other than a letter, digit, quote, sign or line end, such \
+         as \",\", \";\" or \"\\t\""
     )]
     Delimiter(char),
     /// The decimal mark is neither point nor comma.
     #[error("decimal = {0:?}: it must be \".\" or \",\"")]
     Decimal(char),
     /// Delimiter and decimal mark are the same.
-    #[error("delimiter and decimal are both {0:?}: a field could not be told from a decimal")]
+    #[error("delimiter and decimal are both {0:?}: a delimiter could not be told from a decimal mark")]
     DelimiterIsDecimal(char),
     /// The comment mark is empty.
     #[error("comment = \"\": every line would be a comment")]
@@ -39,7 +40,8 @@ pub enum OptionsError {
     },
     /// A negative sign or scale of the time, or a scale of dates, durations or times of day.
     #[error(
-        "columns.t: time takes a unit (s, ms, us, ns, min, h) and a positive scale, no sign; dates, durations and times of day take none"
+        "columns.t: time accepts a unit (s, ms, us, ns, min, h) and a positive scale, but no sign; dates, durations \
+         and times of day accept none of these"
     )]
     TimeScale,
     /// A unit in which the column is not read.
@@ -63,16 +65,18 @@ pub enum OptionsError {
         header: String,
     },
     /// Velocities with different earth axes, or only some of them along earth axes.
-    #[error("columns.{0}: velocities along earth axes are turned together: say the same frame for u, v and w")]
+    #[error("columns.{0}: velocities along earth axes are rotated together: give the same frame for u, v and w")]
     VelocityFrames(&'static str),
     /// Velocities along earth axes in a log that is read piece by piece.
     #[error(
-        "columns.u: velocities along earth axes are not turned in a log that is too large to keep: `hydrosysid convert` it first"
+        "columns.u: velocities along earth axes cannot be rotated in a log that is too large to keep: `hydrosysid \
+         convert` it first"
     )]
     StreamedVelocity,
     /// Channels computed from others in a log that is read piece by piece.
     #[error(
-        "columns: positions by latitude and longitude, angles by a quaternion and velocities by speed and course are not told in a log that is too large to keep"
+        "columns: a log that is too large to keep cannot compute positions from latitude and longitude, angles from a \
+         quaternion, or velocities from speed and course"
     )]
     StreamedDerived,
     /// `time_unit` together with `time_format`.

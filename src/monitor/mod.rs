@@ -29,8 +29,8 @@ use crate::run::Run;
 use innovations::{FEWEST, is_large, normalised};
 
 codes! {
-    NO_LONGER_FITS = "W001" "no-longer-fits" Warning "The model no longer fits the log: its innovations, what each sample says beyond what the model and the samples before it say, are not what they were where it was fitted, from the instant that is told. The likely reasons are ranked; fit the model anew, or look at the vehicle.";
-    PASSING = "W002" "passing-disagreement" Note "The model disagrees with the log in some windows and agrees again afterwards: a touch, a wave, a gust of current, rather than a change of the vehicle.";
+    NO_LONGER_FITS = "W001" "no-longer-fits" Warning "The model no longer fits the log: from the given instant its innovations (what each sample adds to the prediction from the samples before it) are larger than where the model was fitted. The likely reasons are ranked; fit the model again, or inspect the vehicle.";
+    PASSING = "W002" "passing-disagreement" Note "The model disagrees with the log in some windows and agrees again afterwards: a contact, a wave or a gust of current, rather than a change of the vehicle.";
 }
 
 /// Options of the monitoring.
@@ -108,7 +108,8 @@ pub fn watch(
     let mut warnings = Vec::new();
     for change in &changes {
         let text = format!(
-            "run `{}`: from {:.1} s on the model no longer fits in {}: its innovations are {:.1} times what they should be",
+            "run `{}`: from {:.1} s on the model no longer fits in {}: its innovations are {:.1} times the expected \
+             size",
             change.run, change.from, change.dof, change.times_noise
         );
         warnings.push(Finding::new(&NO_LONGER_FITS, text).of_run(&change.run));
@@ -117,7 +118,8 @@ pub fn watch(
     let passing: Vec<&Window> = windows.iter().filter(|w| w.off && !lasting(w)).collect();
     for w in &passing {
         let text = format!(
-            "run `{}`: between {:.1} and {:.1} s the model disagrees in {}, its innovations are {:.1} times what they should be, and agrees again afterwards",
+            "run `{}`: between {:.1} and {:.1} s the model disagrees in {}, where its innovations are {:.1} times the \
+             expected size, and agrees again afterwards",
             w.run,
             w.from,
             w.to,

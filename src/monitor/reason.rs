@@ -193,14 +193,14 @@ fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], off: &O
 fn meaning(nature: Nature, family: Family) -> &'static str {
     match (family, nature) {
         (Family::Actuator, _) => {
-            "the thrust has changed: a thruster fails or is fouled, its rope or the battery is at its end"
+            "the thrust has changed: a thruster fails, is fouled or has caught a rope, or the battery is nearly empty"
         }
         (Family::Environment, _) => "the water moves, or a tether pulls",
-        (Family::Sensor, _) => "a sensor says something else than it did",
-        (_, Nature::Inertia) => "the mass or where it sits has changed: payload, ballast, water inside",
+        (Family::Sensor, _) => "a sensor reads differently than before",
+        (_, Nature::Inertia) => "the mass or its location has changed: payload, ballast, water inside",
         (_, Nature::Steady) => "a steady force has come or gone: trim, tether, a stuck thruster",
         (_, Nature::Restoring) => "weight or buoyancy has changed: payload, ballast, water inside",
-        (_, Nature::Coriolis | Nature::Memory) => "the shape in the water has changed",
+        (_, Nature::Coriolis | Nature::Memory) => "the wetted shape has changed",
         _ => "the resistance has changed: fouling, something caught or lost",
     }
 }

@@ -112,7 +112,7 @@ pub enum ManoeuvreError {
         dof: Dof,
     },
     /// More thrust than the vehicle has.
-    #[error("run `{run}`: asks {asked:.3} of {dof}, the vehicle gives {limit:.3}")]
+    #[error("run `{run}`: requests {asked:.3} in {dof}, but the vehicle provides {limit:.3}")]
     TooStrong {
         /// Name of the run.
         run: String,

@@ -91,13 +91,13 @@ pub struct Predicted {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanError {
     /// No parameter is free.
-    #[error("the model has no free parameter that all runs share: there is nothing to plan for")]
+    #[error("all runs share no free parameter of the model: there is nothing to plan for")]
     NothingFree,
     /// No degree of freedom has a limit of thrust.
     #[error("no degree of freedom has a limit of thrust: give at least one, such as --limit surge=100")]
     NoLimit,
     /// No candidate can be carried out.
-    #[error("none of the {candidates} candidate runs can be sailed: {reason}")]
+    #[error("none of the {candidates} candidate runs can be carried out: {reason}")]
     NoCandidate {
         /// Number of candidates.
         candidates: usize,
@@ -192,7 +192,7 @@ fn judge(
     let sailed = course.sail(manoeuvre).map_err(|e| e.to_string())?;
     let name = &manoeuvre.name;
     if let Some(room) = options.room.filter(|room| sailed.reach > *room) {
-        return Err(format!("`{name}` goes {:.0} m from its start, and there are {room} m", sailed.reach));
+        return Err(format!("`{name}` goes {:.0} m from its start, but only {room} m are available", sailed.reach));
     }
     if sailed.pitch > STEEPEST {
         return Err(format!("`{name}` pitches by {:.0}°", sailed.pitch.to_degrees()));
@@ -201,7 +201,9 @@ fn judge(
         let asked = sailed.run.signal(dof.force()).map_or(&[][..], |s| s.values());
         let most = asked.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         if most > limit * (1.0 + 1e-9) {
-            return Err(format!("`{name}` needs {most:.3} in {dof} to hold the pose, the vehicle gives {limit:.3}"));
+            return Err(format!(
+                "`{name}` needs {most:.3} in {dof} to hold the pose, but the vehicle provides {limit:.3}"
+            ));
         }
     }
     let information =
@@ -293,13 +295,14 @@ fn findings(course: &Course, parameters: &[Predicted]) -> Vec<Finding> {
         let name = format!("{} of `{}`", told.spec.name, told.term);
         match (p.std, p.wanted) {
             (None, _) => {
-                let text =
-                    format!("the plan does not show {name} apart from the others: {}", shown_by(course, &told.term));
+                let text = format!("the plan cannot separate {name} from the others: {}", shown_by(course, &told.term));
                 warnings.push(Finding::new(&codes::NOT_SHOWN, text));
             }
             (Some(std), Some(wanted)) if std > wanted * (1.0 + 1e-9) => {
-                let text =
-                    format!("{name}: the plan gives ± {std:.3e}, wanted is ± {wanted:.3e} {}", told.spec.dimension);
+                let text = format!(
+                    "{name}: the plan gives ± {std:.3e}, but ± {wanted:.3e} {} was requested",
+                    told.spec.dimension
+                );
                 warnings.push(Finding::new(&codes::NOT_REACHED, text));
             }
             _ => {}

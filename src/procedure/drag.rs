@@ -157,7 +157,7 @@ fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, found: &Found) -> S
     let mut stage = Stage::of_fit(name, dof, names, model, fit);
     if widening > 1.1 {
         let text = format!(
-            "{name}, {dof}: {} steady windows for {} parameters; deviations are widened by {widening:.2}",
+            "{name}, {dof}: {} steady windows for {} parameters; standard errors are widened by {widening:.2}",
             fit.rows,
             fit.values.len()
         );

@@ -17,7 +17,8 @@ pub enum ProcedureError {
     NoTrainingRun,
     /// Losses along the thrusters' own axes need the force of each thruster.
     #[error(
-        "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each thruster; run `{run}` has forces of the vehicle alone: log V1 … or F1 …, or use \"vehicle\""
+        "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each \
+         thruster; run `{run}` has only forces on the whole vehicle: log V1 … or F1 …, or use \"vehicle\""
     )]
     AdvanceByThruster {
         /// A run without these forces.

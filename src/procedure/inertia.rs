@@ -162,7 +162,7 @@ fn finish(kind: Kind, model: &Model, stage: &mut Stage) {
         && (k.value - (m_v - m_u)).abs() > 3.0 * k.std
     {
         let text = format!(
-            "k_uv is {:.1} ± {:.1} kg, the difference of the virtual masses {:.1} kg: reported as estimated",
+            "k_uv is {:.1} ± {:.1} kg, but the difference of the virtual masses is {:.1} kg: reported as estimated",
             k.value,
             k.std,
             m_v - m_u

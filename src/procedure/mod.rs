@@ -168,8 +168,8 @@ fn ready(
     }
     for (rate, names) in made {
         let text = format!(
-            "{rate} is not logged in {} runs ({}, …): it is the slope of the filtered angle, whose noise enters the \
-             coefficient of {rate} and its deviation",
+            "{rate} is not logged in {} runs ({}, …): the derivative of the filtered angle is used, whose noise \
+             affects the coefficient of {rate} and its standard error",
             names.len(),
             names[0]
         );
@@ -212,7 +212,7 @@ fn check_windows(runs: &[Run], options: &StagedOptions, warnings: &mut Vec<Findi
     for window in options.steady.windows.iter().filter(|w| !names.contains(&w.run.as_str())) {
         let hint = crate::nearest::nearest(&window.run, names.iter().copied());
         let hint = hint.map_or(String::new(), |name| format!("; did you mean `{name}`?"));
-        let text = format!("stage.steady.windows: `{}` is no constant-velocity or towing run{hint}", window.run);
+        let text = format!("stage.steady.windows: `{}` is not a constant-velocity or towing run{hint}", window.run);
         warnings.push(Finding::new(&codes::NO_SUCH_RUN, text));
     }
 }

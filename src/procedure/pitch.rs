@@ -36,7 +36,7 @@ pub(super) fn of_moments(run: &Run, vehicle: &Vehicle, options: &SteadyStage) ->
     };
     let angles: Option<Vec<f64>> = thrust.time().iter().zip(thrust.values()).map(angle).collect();
     let Some(angles) = angles else {
-        return Err(lacks("a righting moment that can hold the thrust: the vehicle would turn over"));
+        return Err(lacks("a righting moment large enough to balance the thrust: otherwise the vehicle would capsize"));
     };
     let mut pitched = run.clone();
     pitched.signals.insert(Dof::Pitch.position().into(), Signal::new(thrust.shared_time().clone(), angles));
@@ -86,7 +86,7 @@ mod tests {
         let without = of_moments(&run(0.0), &Vehicle::default(), &options).unwrap_err();
         assert!(without.contains("cg and cb"), "{without}");
         let over = of_moments(&run(-300.0), &vehicle(), &options).unwrap_err();
-        assert!(over.contains("turn over"), "{over}");
+        assert!(over.contains("capsize"), "{over}");
         let mut bare = run(0.0);
         bare.signals.remove("tau_q");
         assert!(of_moments(&bare, &vehicle(), &options).unwrap_err().contains("tau_q"));

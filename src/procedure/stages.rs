@@ -203,7 +203,7 @@ impl<'a> Stages<'a> {
             None if parameters_of(&self.result.model, dof, Nature::Drag).iter().any(|p| !self.held.has(*p))
                 && !self.options.steady.skip =>
             {
-                let text = format!("no run shows the drag in {dof}: constant_velocity or towing runs would");
+                let text = format!("no run shows the drag in {dof}; constant_velocity or towing runs would show it");
                 self.result.warnings.push(Finding::new(&codes::NO_RUN, text));
             }
             None => {}

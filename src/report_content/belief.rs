@@ -51,12 +51,12 @@ fn table(results: &Results<'_>) -> Option<Table> {
         .map(|g| format!(" Not separated by this data: {}; {}.", g.terms.join(", "), g.run))
         .collect();
     Some(Table {
-        title: "What speaks for the estimates".into(),
+        title: "Evidence for the estimates".into(),
         columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
         rows,
         note: format!(
-            "Inflation: deviation over that with all other parameters known. Halves: estimates from the first and the \
-             second half of each run.{}",
+            "Inflation: standard error relative to that with all other parameters known. Halves: estimates from the \
+             first and the second half of each run.{}",
             groups.concat()
         ),
     })
@@ -85,8 +85,9 @@ fn correlations(results: &Results<'_>) -> Option<Figure> {
         colours: Colours::Diverging { limit: 1.0 },
     });
     Some(Figure {
-        title: "What the data tells apart".into(),
-        caption: "Near ±1 only a combination of the two is known: an error of the one is made up by the other.".into(),
+        title: "What the data can separate".into(),
+        caption: "Near ±1 only a combination of the two is known: an error of one compensates an error of the other."
+            .into(),
         chart,
     })
 }
@@ -106,14 +107,14 @@ fn forest(results: &Results<'_>) -> Option<Figure> {
     }
     let most = match shortened {
         false => String::new(),
-        true => format!(" Of more than {SOURCES} the {SOURCES} with the smallest deviations are shown."),
+        true => format!(" Of more than {SOURCES}, the {SOURCES} with the smallest standard errors are shown."),
     };
-    let published = if results.published.is_some() { " Published values stand beside them." } else { "" };
+    let published = if results.published.is_some() { " Published values are shown as well." } else { "" };
     Some(Figure {
         title: "The same parameter from other sources".into(),
         caption: format!(
-            "Each with its 95 % interval, over the estimate of the model. A run or a stage that hardly shows a parameter \
-             is left out.{most}{published}"
+            "Each with its 95 % interval, relative to the estimate of the model. A run or a stage that hardly \
+             determines a parameter is left out.{most}{published}"
         ),
         chart: Chart::Forest(Forest { axis: Axis::new("value over the estimate", ""), rows, reference: Some(1.0) }),
     })

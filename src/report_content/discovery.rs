@@ -73,7 +73,7 @@ fn effects(found: &Discovery) -> Table {
     };
     let names = ["effect", "common name", "symbol", "value ± std", "unit", "p", "also possible"];
     let names: Vec<&str> = names.into_iter().filter(|name| !partly || *name != "p").collect();
-    let chance = "p: probability that noise alone makes any of the candidates look this likely.";
+    let chance = "p: probability that noise alone makes any candidate look this likely.";
     Table {
         title: if partly { "What was missing, among other things" } else { "What was missing" }.into(),
         columns: columns(&names),
@@ -94,8 +94,8 @@ fn forces(residual: &Residual) -> Vec<Figure> {
         Figure {
             title: format!("The missing force in {} against {}", residual.dof, d.quantity),
             caption: format!(
-                "One point a second: the force that the momentum balance of the refitted baseline lacks. Correlation {}. \
-                 Shaded: the force that the noise of the velocity sensor alone would show.",
+                "One point a second: the force missing from the momentum balance of the refitted baseline. Correlation \
+                 {}. Shaded: the force that the noise of the velocity sensor alone would show.",
                 number(d.correlation, 2, Style::Text)
             ),
             chart: Chart::Curves(Curves {
@@ -186,13 +186,13 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     Some(Figure {
         title: format!("The gap in {dof}"),
         caption: format!(
-            "Root mean square of simulated minus measured on runs that took no part{}.{}",
+            "Root mean square of simulated minus measured on held-out runs{}.{}",
             if found.gap.len() > 1 { ", as effects are added" } else { "" },
             match found.removed.as_slice() {
                 [] => String::new(),
                 ids => {
                     let names: Vec<String> = ids.iter().map(|id| named(id)).collect();
-                    format!(" Dropped again, because later effects explain the same: {}.", names.join(", "))
+                    format!(" Removed again, because later effects explain the same: {}.", names.join(", "))
                 }
             }
         ),

@@ -59,11 +59,12 @@ fn thrust(results: &Results<'_>, dof: Dof) -> Option<Figure> {
         let name = format!("{}: {}", stage.name, estimate(eta.value, Some(eta.std), Style::Text));
         series.push(Series::line(name, ends.clone(), line).with_interval(interval));
     }
-    let panel = Panel { y: Axis::new("thrust that acts", unit_of(dof)), series, floor: None };
+    let panel = Panel { y: Axis::new("effective thrust", unit_of(dof)), series, floor: None };
     let caption = if cells {
-        "Load cells of the bollard-pull runs against what the curves of the thrusters promise, once each command has settled."
+        "Load-cell forces of the bollard-pull runs against the forces from the thruster curves, once each command has \
+         settled."
     } else {
-        "What acts by the losses of thrust that are known, against what the curves of the thrusters promise."
+        "Effective thrust after the known losses against the forces from the thruster curves."
     };
     Some(Figure {
         title: format!("Nominal and actual thrust in {dof}"),

@@ -14,7 +14,7 @@ pub(super) fn section(results: &Results<'_>) -> Section {
     Section {
         heading: "The model".into(),
         paragraphs: vec![
-            "Balance of momentum in body axes, forward-starboard-down; drag and bias stand with a minus.".into(),
+            "Balance of momentum in body axes, forward-starboard-down; drag and bias have a minus sign.".into(),
         ],
         blocks: first.into_iter().chain(thrust_curves(results)).chain(super::belief::blocks(results)).collect(),
         folded: false,
@@ -102,7 +102,8 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
         columns: shown.iter().map(|c| Column::new(*c, "")).collect(),
         rows,
         note: format!(
-            "Intervals: {COVER} standard deviations to either side, by {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
+            "Intervals: {COVER} standard deviations on either side, by {}. SNAME's values have the opposite sign; \
+             those of an inertia and of a coupling are the added part.",
             results.fit.std_method
         ),
     }

@@ -38,7 +38,9 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     let residual = Section {
         heading: "Residual against each state".into(),
         paragraphs: vec![
-            "Noise lies flat about zero. A slope, a step or a bow says which state the missing force goes with.".into(),
+            "Noise scatters flat about zero. A slope, a step or a curve shows which state the missing force depends \
+             on."
+            .into(),
         ],
         blocks: against,
         folded: true,
@@ -183,7 +185,7 @@ fn of_bands(run: &Simulated, channel: &str) -> Option<String> {
     let judged: Vec<bool> = known.filter(|(_, w)| w.is_finite()).map(|(e, w)| e.abs() <= w).collect();
     let share = 100.0 * judged.iter().filter(|inside| **inside).count() as f64 / judged.len().max(1) as f64;
     Some(format!(
-        " Bands: where sensors and random force are expected to leave 95 of 100 samples; {share:.0} are there."
+        " Bands: expected to contain 95 of 100 samples, given sensor noise and random force; they contain {share:.0}."
     ))
 }
 
@@ -275,7 +277,7 @@ fn against(results: &Results<'_>, runs: &[&Simulated], (state, unit): (&str, &st
     }
     Some(Figure {
         title: format!("Residuals against {state}"),
-        caption: format!("Of {which}. Line and band: median and quartiles of {GROUPS} groups of as many samples each."),
+        caption: format!("Of {which}. Line and band: median and quartiles of {GROUPS} groups of equal size."),
         chart: Chart::Curves(Curves { x: Axis::new(Label::symbol(state), unit), panels, spans: Vec::new() }),
     })
 }

@@ -45,8 +45,8 @@ fn forces(all: &[ForceFound], converged: bool) -> Option<Table> {
         columns: columns(if converged { &names[..5] } else { &names }),
         rows: all.iter().map(row).collect(),
         note:
-            "A first-order Gauss-Markov process in each degree of freedom: turbulence, tether, thrusters that are not \
-               quite what their curve says."
+            "A first-order Gauss-Markov process in each degree of freedom: turbulence, tether, thrusters that deviate \
+             from their curve."
                 .into(),
     })
 }
@@ -59,8 +59,8 @@ fn unit(channel: &str) -> &'static str {
 
 fn sensors(noise: &Noise) -> Table {
     let white = match noise.innovations_white {
-        true => "Innovations are white: what the model leaves is what the noise can be.",
-        false => "Innovations are not white: something is left in them that the noise cannot be.",
+        true => "Innovations are white: the noise model explains what the model leaves.",
+        false => "Innovations are not white: they contain something that the noise model does not explain.",
     };
     let held_back = noise.held_back.map_or(String::new(), |h| format!(" Here {}.", h.sentence()));
     let row = |s: &SensorFound| {
@@ -95,9 +95,9 @@ pub(super) fn predictions(noise: &Noise) -> Option<Table> {
     };
     let rows: Vec<Vec<Cell>> = noise.prediction.iter().filter(|p| p.ahead != Some(0.0)).map(row).collect();
     (!rows.is_empty()).then(|| Table {
-        title: "Whether predictions err as predicted".into(),
+        title: "Whether prediction errors are as expected".into(),
         columns: columns(&["run", "degree of freedom", "ahead", "rms error", "expected", "unit"]),
         rows,
-        note: "An error far above the expected one: the model lacks something that no noise makes up for.".into(),
+        note: "An error far above the expected one: the model lacks something that no noise explains.".into(),
     })
 }

@@ -46,8 +46,8 @@ fn errors(results: &Results<'_>) -> Table {
         columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
         rows,
         note: "Roles: train takes part in the fit, validate does not. Noise: that of the sensor. Fit: 100 % where the \
-               simulation is the measurement, 0 % where it is no better than the measurement's mean, as in a degree of \
-               freedom at rest."
+               simulation equals the measurement, 0 % where it is no better than the measurement's mean, as in a \
+               degree of freedom at rest."
             .into(),
     }
 }
@@ -93,8 +93,8 @@ fn matrix(results: &Results<'_>, dof: &Measured) -> Option<Figure> {
     Some(Figure {
         title: format!("Each run's own model on every run, {dof}"),
         caption: format!(
-            "Mean |measured − simulated|. A row is a model made from one run alone, a column the run that it is simulated \
-             on; on the diagonal they are the same.{left_out}"
+            "Mean |measured − simulated|. A row is a model fitted to one run alone, a column the run on which it is \
+             simulated; on the diagonal they are the same.{left_out}"
         ),
         chart: Chart::HeatMap(HeatMap {
             x: Axis::new("simulated run", ""),

@@ -55,7 +55,7 @@ pub enum AllocationError {
     #[error(transparent)]
     Thruster(#[from] ThrusterError),
     /// The singular value decomposition did not converge.
-    #[error("no pseudo-inverse of the allocation of {thrusters} thrusters: positions of absurd size?")]
+    #[error("the allocation of {thrusters} thrusters has no pseudo-inverse: check the size of the positions")]
     NoInverse {
         /// How many thrusters.
         thrusters: usize,
@@ -230,7 +230,7 @@ mod tests {
         assert_eq!(Allocation::new(&[]).unwrap_err(), AllocationError::NoThruster);
         let one = thruster("A", [0.0; 3], [1.0, 0.0, 0.0]);
         let same = Allocation::new(&[one.clone(), one.clone()]).unwrap_err();
-        assert_eq!(same.to_string(), "two thrusters are called \"A\": each needs a name of its own");
+        assert_eq!(same.to_string(), "two thrusters are called \"A\": each needs its own name");
         assert!(Allocation::new(&[Thruster { axis: [0.0; 3], ..one }]).is_err());
     }
 }

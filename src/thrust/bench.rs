@@ -80,10 +80,10 @@ pub struct BenchFit {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BenchError {
     /// Too few rows.
-    #[error("a bench run needs at least 50 rows with command and force; there are {0}")]
+    #[error("a bench run needs at least 50 rows with command and force, but has {0}")]
     TooFew(usize),
     /// The command does not change.
-    #[error("the command of the bench never changes: steps or a sweep show the lag")]
+    #[error("the command of the bench never changes: the lag needs steps or a sweep")]
     Constant,
 }
 

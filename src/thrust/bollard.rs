@@ -47,7 +47,7 @@ impl Default for CurveOptions {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FitError {
     /// Columns have different lengths.
-    #[error("a bollard table needs one {column} a command: {commands} commands and {values} values")]
+    #[error("a bollard table needs one {column} per command: it has {commands} commands and {values} values")]
     Lengths {
         /// The other column.
         column: &'static str,
@@ -89,14 +89,15 @@ pub enum FitError {
         rows: usize,
     },
     /// The commands do not separate a from b, or c or n from them.
-    #[error("the {direction} commands do not tell the parameters of the curve apart: give more different commands")]
+    #[error("the {direction} commands do not separate the parameters of the curve: provide more different commands")]
     NotIdentifiable {
         /// `forward`, `reverse` or, with a shape parameter, `forward and reverse`.
         direction: &'static str,
     },
     /// A shape parameter is at the end of the range of the search.
     #[error(
-        "the best {parameter} is {value} or beyond, which no thruster has: check the table's columns and their units"
+        "the best {parameter} is {value} or beyond, which is impossible for a thruster: check the table's columns and \
+         their units"
     )]
     AtEnd {
         /// Which parameter.
@@ -105,7 +106,7 @@ pub enum FitError {
         value: f64,
     },
     /// The force has the sign opposite to the command.
-    #[error("{direction} thrust opposes the command: give the force or the command the other sign")]
+    #[error("{direction} thrust opposes the command: reverse the sign of the force or of the command")]
     WrongSign {
         /// `forward` or `reverse`.
         direction: &'static str,

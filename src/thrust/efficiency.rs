@@ -79,7 +79,7 @@ pub enum EfficiencyError {
         loss: AdvanceLoss,
     },
     /// Two lists have different lengths.
-    #[error("one {second} a {first} is needed: {rows} and {others} values")]
+    #[error("one {second} per {first} is needed, but there are {rows} and {others} values")]
     Lengths {
         /// First list.
         first: &'static str,
@@ -109,7 +109,7 @@ pub enum EfficiencyError {
         needed: usize,
     },
     /// The data does not determine the efficiency.
-    #[error("no efficiency can be had from this data: it needs {needs}")]
+    #[error("the data does not determine the efficiency: it needs {needs}")]
     NotIdentifiable {
         /// What is missing.
         needs: &'static str,

@@ -82,7 +82,7 @@ impl<'de> Deserialize<'de> for InteractionTable {
             type Value = InteractionTable;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number a degree of freedom, or a list of { dof, thrusters, value }")
+                f.write_str("a number per degree of freedom, or a list of { dof, thrusters, value }")
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<InteractionTable, A::Error> {
@@ -173,7 +173,7 @@ mod tests {
     fn what_cannot_be_read_or_be_is_named() {
         assert!(read("eta_inter = { drift = 0.9 }").unwrap_err().message().contains("drift"));
         assert!(read("eta_inter = [{ dof = 'surge', vale = 1 }]").unwrap_err().message().contains("vale"));
-        assert!(read("eta_inter = 0.9").unwrap_err().message().contains("a number a degree of freedom"));
+        assert!(read("eta_inter = 0.9").unwrap_err().message().contains("a number per degree of freedom"));
         let negative = read("eta_inter = { surge = -0.9 }").unwrap();
         assert!(matches!(negative.validate(), Err(EfficiencyError::BadInteraction { dof: Dof::Surge, .. })));
         let twice = "eta_inter = [{ dof = 'yaw', thrusters = ['A', 'B'], value = 1.0 }, \

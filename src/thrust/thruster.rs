@@ -138,21 +138,26 @@ pub enum ThrusterError {
     },
     /// There is neither a curve nor a table.
     #[error(
-        "thruster {name:?} has no curve: give forward = {{ a, b }} and reverse = {{ a, b }}, or bollard = \"table.csv\" to find them from"
+        "thruster {name:?} has no curve: give forward = {{ a, b }} and reverse = {{ a, b }}, or bollard = \
+         \"table.csv\" to fit them to"
     )]
     NoCurve {
         /// Which thruster.
         name: String,
     },
     /// There are both a curve and a table.
-    #[error("thruster {name:?} has coefficients and a bollard table: keep `forward` and `reverse`, or `bollard`")]
+    #[error(
+        "thruster {name:?} has both coefficients and a bollard table: keep either `forward` and `reverse`, or \
+             `bollard`"
+    )]
     TwoCurves {
         /// Which thruster.
         name: String,
     },
     /// A pulse width cannot be converted to a command.
     #[error(
-        "thruster {name:?}: a command in us needs a finite `neutral` and a `span` other than 0; they are {neutral:?} and {span:?}"
+        "thruster {name:?}: a command in us needs a finite `neutral` and a `span` other than 0, but they are \
+         {neutral:?} and {span:?}"
     )]
     NoPulse {
         /// Which thruster.
@@ -163,7 +168,7 @@ pub enum ThrusterError {
         span: Option<f64>,
     },
     /// Two thrusters have one name.
-    #[error("two thrusters are called {name:?}: each needs a name of its own")]
+    #[error("two thrusters are called {name:?}: each needs its own name")]
     SameName {
         /// The name.
         name: String,

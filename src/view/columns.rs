@@ -98,7 +98,7 @@ pub(super) fn columns(workspace: &Workspace, log: &str) -> Result<Answer, Refusa
             let samples = rows.rows.iter().take(SAMPLES).filter_map(|row| row.get(at).cloned()).collect();
             column(header, samples, options, &own)
         };
-        let options = if place == Place::Campaign { "[log]" } else { "a table of its own" };
+        let options = if place == Place::Campaign { "[log]" } else { "a separate table" };
         let columns = rows.headers.iter().enumerate().filter(|(_, h)| !h.is_empty()).map(column).collect();
         files.push(File { file: file.file.clone(), options, columns });
     }

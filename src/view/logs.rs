@@ -28,12 +28,14 @@ pub(super) fn receive(workspace: &Workspace, name: &str, body: &mut dyn Read) ->
     let name = plain_name(name)?;
     let to = workspace.folder.join(name);
     if Path::new(name).extension().is_some_and(|e| e == "toml" || e == "html") {
-        return Err(Refusal::bad(format!("{name} is no log: logs are tables of text, such as dive.csv")));
+        return Err(Refusal::bad(format!("{name} is not a log: logs are text tables, such as dive.csv")));
     }
     if std::fs::symlink_metadata(&to).is_ok() {
         return match is_same(&to, body) {
             true => Ok(Answer::json(&Received { file: name, was_there: true })),
-            false => Err(Refusal::conflict(format!("{name} is there already and is another log: rename one of them"))),
+            false => {
+                Err(Refusal::conflict(format!("{name} already exists and is a different log: rename one of them")))
+            }
         };
     }
     let mut bytes = 0;
@@ -47,7 +49,7 @@ pub(super) fn receive(workspace: &Workspace, name: &str, body: &mut dyn Read) ->
             Ok(Answer::json(&Received { file: name, was_there: false }))
         }
         Err(_) if bytes > MOST => Err(Refusal::too_large(format!("{name} is larger than {} GiB", MOST >> 30))),
-        Err(error) => Err(Refusal::failed(format!("{name} cannot be kept: {error}"))),
+        Err(error) => Err(Refusal::failed(format!("{name} cannot be stored: {error}"))),
     }
 }
 
@@ -84,7 +86,7 @@ pub(super) fn add(workspace: &Workspace, new: &NewLogs) -> Result<(), Refusal> {
         let name = plain_name(file)?;
         let path = workspace.folder.join(name);
         if !path.is_file() {
-            return Err(Refusal::absent(format!("{name} does not lie beside the campaign: drop it first")));
+            return Err(Refusal::absent(format!("{name} is not next to the campaign: drop it first")));
         }
         logs.push((path, name.to_string()));
     }
@@ -115,7 +117,7 @@ pub(super) fn add(workspace: &Workspace, new: &NewLogs) -> Result<(), Refusal> {
                 .is_some_and(|runs| runs.iter().any(|run| run.get("file").and_then(toml::Value::as_str) == Some(file)))
         };
         match new.files.iter().find(|file| of(file)) {
-            Some(file) => Err(Refusal::conflict(format!("{file} is a run of the campaign already"))),
+            Some(file) => Err(Refusal::conflict(format!("{file} is already a run of the campaign"))),
             None => runs::append(text, &scaffold.text),
         }
     })

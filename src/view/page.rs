@@ -36,7 +36,7 @@ const SCRIPTS: &[&str] = &[
 /// The page, with a policy that allows only its own style and script and connections to this server
 /// only.
 pub(super) fn page() -> Result<Answer, Refusal> {
-    let nonce = nonce().map_err(|e| Refusal::failed(format!("the system gives no random numbers: {e}")))?;
+    let nonce = nonce().map_err(|e| Refusal::failed(format!("the system provides no random numbers: {e}")))?;
     let policy = format!(
         "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; connect-src 'self'; img-src data:; \
          base-uri 'none'; form-action 'none'; frame-ancestors 'none'"

@@ -78,7 +78,7 @@ pub(super) fn plot(workspace: &Workspace, log: &str, channel: &str, below: &str)
     let ends = signals.values().filter_map(|s| Some((*s.time().first()?, *s.time().last()?)));
     let (from, to) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (c, d)| (a.min(c), b.max(d)));
     if from > to {
-        return Err(Refusal::unusable(format!("{log} holds no channel that could be drawn")));
+        return Err(Refusal::unusable(format!("{log} has no channel that could be plotted")));
     }
     let known = |name: &str| signals.contains_key(name);
     let [motion, command] = usual(&campaign, &signals);

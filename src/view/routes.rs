@@ -31,7 +31,7 @@ impl Asked<'_> {
         let bytes = read_body(self.body, MOST)?;
         let bytes = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
         serde_json::from_slice(bytes)
-            .map_err(|e| Refusal::bad(format!("the request is not what is asked for here: {e}")))
+            .map_err(|e| Refusal::bad(format!("the request does not have the expected form: {e}")))
     }
 }
 
@@ -70,7 +70,7 @@ pub(super) fn answer(workspace: &Arc<Workspace>, mut asked: Asked<'_>) -> Result
     if let Some(meant) = asked.stamp.as_ref()
         && *meant != workspace.stamp()?
     {
-        let text = "the campaign file was changed elsewhere meanwhile: look at what it says now, and do it again";
+        let text = "the campaign file was changed elsewhere meanwhile: check its current content, and repeat the edit";
         return Err(Refusal::conflict(text));
     }
     match (asked.post, path.as_str()) {
@@ -110,7 +110,7 @@ pub(super) fn answer(workspace: &Arc<Workspace>, mut asked: Asked<'_>) -> Result
                 "fit" => workspace.fit.stop(),
                 "discovery" => workspace.discovery.stop(),
                 "report" => workspace.report.stop(),
-                other => return Err(Refusal::bad(format!("no work is called {other:?}"))),
+                other => return Err(Refusal::bad(format!("no task is called {other:?}"))),
             }
             outline::progress(workspace)
         }

@@ -45,7 +45,7 @@ pub struct ViewOptions {
 #[derive(Debug, Error)]
 pub enum ViewError {
     /// Neither the campaign nor a folder for it exists.
-    #[error("{}: there is no such folder: make it, or name a campaign file", .0.display())]
+    #[error("{}: there is no such folder: create it, or name a campaign file", .0.display())]
     NoFolder(PathBuf),
     /// The port cannot be used.
     #[error("port {port} of 127.0.0.1 cannot be used: {message}; choose another with --port")]
@@ -56,7 +56,7 @@ pub enum ViewError {
         message: String,
     },
     /// The system has no random numbers for the token.
-    #[error("the system gives no random numbers for the token: {0}")]
+    #[error("the system provides no random numbers for the token: {0}")]
     Random(#[from] getrandom::Error),
 }
 
@@ -137,7 +137,7 @@ impl View {
             let stamp = request.headers().iter().find(|h| h.field.equiv(STAMP)).map(|h| h.value.to_string());
             let asked = Asked { post, query, stamp, body: request.as_reader() };
             catch_unwind(AssertUnwindSafe(|| answer(&self.workspace, asked)))
-                .unwrap_or_else(|_| Err(Refusal::failed("the program has a fault: this request ended in a panic")))
+                .unwrap_or_else(|_| Err(Refusal::failed("internal error: this request ended in a panic")))
         });
         // the client may have closed the connection
         let _ = request.respond(response(asked.unwrap_or_else(|refusal| refusal.answer())));
@@ -149,11 +149,14 @@ impl View {
         let hosts: Vec<&str> = headers("Host").map(|h| h.value.as_str()).collect();
         let here = |host: &str| ["127.0.0.1", "localhost"].iter().any(|name| host == format!("{name}:{}", self.port));
         if !matches!(hosts.as_slice(), [host] if here(host)) {
-            return Err(Refusal::forbidden("this server answers to 127.0.0.1 alone"));
+            return Err(Refusal::forbidden("this server answers only on 127.0.0.1"));
         }
         let own = |origin: &str| origin.strip_prefix("http://").is_some_and(here);
         if headers("Origin").any(|h| !own(h.value.as_str())) {
-            return Err(Refusal::forbidden("another page asks: only the page of this server may"));
+            return Err(Refusal::forbidden(
+                "the request comes from another page: only the page of this server may send \
+                                           it",
+            ));
         }
         let query = Query::of(request.url());
         let sent = headers(TOKEN).next().map(|h| h.value.as_str());
@@ -161,7 +164,7 @@ impl View {
             // any page can link to an address, but not set a header
             Method::Post => sent,
             Method::Get => sent.or(Some(query.value("token"))),
-            _ => return Err(Refusal { status: 405, ..Refusal::bad("GET and POST alone are answered") }),
+            _ => return Err(Refusal { status: 405, ..Refusal::bad("only GET and POST are answered") }),
         };
         match given.is_some_and(|token| self.token.is(token)) {
             true => Ok(query),

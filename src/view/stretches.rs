@@ -8,7 +8,7 @@ use super::workspace::Workspace;
 fn checked(stretch: Stretch) -> Result<Stretch, Refusal> {
     let Stretch { from, to, .. } = stretch;
     if from.zip(to).is_some_and(|(from, to)| from >= to) {
-        return Err(Refusal::bad("a stretch ends after it begins"));
+        return Err(Refusal::bad("a stretch must end after it begins"));
     }
     Ok(stretch)
 }

@@ -117,7 +117,7 @@ impl<T: Send + Sync + 'static> Task<T> {
                 Ok(Ok(Err(refusal))) => (state.result, state.refusal) = (None, Some(refusal)),
                 // stopped on demand: the earlier result stays
                 Ok(Err(_)) => {}
-                Err(_) => state.refusal = Some(Refusal::failed("the program has a fault: this work ended in a panic")),
+                Err(_) => state.refusal = Some(Refusal::failed("internal error: this task ended in a panic")),
             }
         });
         number

@@ -133,13 +133,13 @@ impl Workspace {
     pub fn undo(&self) -> Result<(), Refusal> {
         let mut edits = lock(&self.edits);
         let Some((before, after)) = edits.last() else {
-            return Err(Refusal::conflict("nothing was changed here that could be taken back"));
+            return Err(Refusal::conflict("no edit of this page is left to undo"));
         };
         if self.text()? != *after {
-            return Err(Refusal::conflict("the campaign file was changed elsewhere since: take that back there"));
+            return Err(Refusal::conflict("the campaign file was changed elsewhere since: undo the change there"));
         }
         if before.is_empty() {
-            return Err(Refusal::conflict("before this the campaign file was not there: remove it where it lies"));
+            return Err(Refusal::conflict("the campaign file did not exist before this: delete it by hand"));
         }
         self.write(&self.file, before.as_bytes())?;
         edits.pop();
@@ -176,7 +176,7 @@ pub(super) fn plain_name(name: &str) -> Result<&str, Refusal> {
     let strange = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     let name = name.trim();
     if name.is_empty() || name.len() > 200 || name.starts_with('.') || name.contains(strange) {
-        return Err(Refusal::bad(format!("{name:?} is no plain name of a file")));
+        return Err(Refusal::bad(format!("{name:?} is not a plain file name")));
     }
     Ok(name)
 }

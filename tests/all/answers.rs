@@ -126,7 +126,7 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     // independent of line breaks
     let [simulated, compared] =
         ["simulate", "compare"].map(|verb| told(verb).split_whitespace().collect::<Vec<_>>().join(" "));
-    assert!(simulated.contains("part of the motion"), "{simulated}");
+    assert!(simulated.contains("relative to the motion"), "{simulated}");
     assert!(["the predicted error", "the noise of its sensor"].iter().any(|m| compared.contains(m)), "{compared}");
     // without a table: the page is the answer
     let told = folder.told(&["report", ".", "-o", "page.html"]);
@@ -247,7 +247,7 @@ fn a_plan_counts_the_data_at_hand_unless_told_not_to() {
     folder.told(&["fit", ".", "--model", "model.toml"]);
     let limits = ["--limit", "surge=20", "--limit", "sway=20", "--limit", "yaw=2"];
     let known = folder.told(&[&["plan", "model.toml", "--want", "50%"], &limits[..]].concat());
-    assert!(known.starts_with("Enough already"), "{known}");
+    assert!(known.starts_with("No further run is needed"), "{known}");
     let words = [&["plan", "model.toml", "--want", "50%", "--without-known", "-o", "next"], &limits[..]].concat();
     let alone = folder.told(&words);
     assert!(alone.contains("worst std/wanted"), "{alone}");

@@ -53,7 +53,7 @@ fn a_bench_log_becomes_a_vehicle_file_that_init_takes() {
         let told = hydrosysid(&[verb, "stand"], &folder);
         assert_eq!(told.status.code(), Some(1), "{verb}: {}", text(&told));
         assert!(
-            text(&told).contains("M014") && text(&told).matches("none is of the vehicle").count() == 1,
+            text(&told).contains("M014") && text(&told).matches("none of the vehicle").count() == 1,
             "{}",
             text(&told)
         );

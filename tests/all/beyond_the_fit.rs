@@ -37,7 +37,7 @@ fn what_only_a_held_out_run_shows_is_not_said_to_be_in_no_catalogue() {
     let codes: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
     assert!(codes.contains(&"D108") && codes.contains(&"E101") && !codes.contains(&"D107"), "{codes:?}");
     let next = found.next_experiment.expect("something is to be done");
-    assert!(next.starts_with("Let run05.csv take part in the fit"), "{next}");
+    assert!(next.starts_with("Include run05.csv in the fit"), "{next}");
 }
 
 /// With that run in the fit, as the next experiment advises, the loss is named.
@@ -68,11 +68,7 @@ fn what_no_run_that_judges_shows_is_told_beside_the_verdict() {
     let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
     let found = campaign::discover(&campaign).expect("it can be searched");
     assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
-    assert!(
-        found.sentence.contains("(drag_asymmetry@surge), but no run that took no part shows it"),
-        "{}",
-        found.sentence
-    );
+    assert!(found.sentence.contains("(drag_asymmetry@surge), but no held-out run shows it"), "{}", found.sentence);
     assert!(found.resemblances().all(|like| like.id != "drag_asymmetry@surge"), "once is enough");
 }
 

@@ -331,7 +331,7 @@ fn what_is_repeated_between_empty_rows_is_no_sample_either() {
     );
     assert_eq!([found.signals["r"].len(), found.signals["tau_u"].len()], [200, 400]);
     let said: Vec<&str> = found.warnings.iter().filter(|w| w.code == "L111").map(|w| w.message.as_str()).collect();
-    assert!(said.len() == 1 && said[0].contains("of 200 values of u only repeat the one before"), "{said:?}");
+    assert!(said.len() == 1 && said[0].contains("of 200 values of u only repeat the previous one"), "{said:?}");
     // if the options say that repeats are measurements, all values are samples
     let all = read(&LogOptions { repeated: Repeated::Sample, ..options });
     assert_eq!(all.signals["u"].len(), 200);

@@ -397,7 +397,7 @@ fn a_model_is_exported_compared_and_watched() {
     assert!(code(&output) == 2 && stderr(&output).contains("did you mean `gazebo`"), "{}", stderr(&output));
     let output = run(&["export", &model, "--to", "Stonefish"]);
     let told = stderr(&output);
-    assert!(code(&output) == 2 && told.contains("no place for") && told.contains("c-header"), "{told}");
+    assert!(code(&output) == 2 && told.contains("cannot represent") && told.contains("c-header"), "{told}");
     let output = run(&["export", &file, "--to", "uuv"]);
     assert!(code(&output) == 2 && stderr(&output).contains("fit the campaign"), "{}", stderr(&output));
     let output = run(&["export", &model, "--to", "ardusub"]);

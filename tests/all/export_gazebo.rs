@@ -90,7 +90,7 @@ fn moved(export: &Export, step: f64) -> Vec<Vector6<f64>> {
         let rest = told.message.split_once(start).expect("it is told").1;
         rest.split_once(end).expect("it ends").0.to_string()
     };
-    let volume: f64 = between("volume has to be ", " m3").parse().expect("a number");
+    let volume: f64 = between("volume must be ", " m3").parse().expect("a number");
     let at: Vec<f64> = between("centre at ", " (").split(", ").map(|x| x.parse().expect("a number")).collect();
     let at = Vector3::from_row_slice(&at);
     let samples = samples(&Dof::ALL);

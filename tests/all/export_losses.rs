@@ -68,10 +68,10 @@ fn functions_carry_the_losses_and_files_of_coefficients_refuse_them() {
         let refused = export_model(&file, Path::new(PATH), target, &ExportOptions::default()).unwrap_err().to_string();
         assert!(refused.contains("eta_inter of surge 0.9") && refused.contains("--acting"), "{refused}");
         let acting = ExportOptions { acting: true, inertia: Some([40.0, 45.0, 50.0]), ..ExportOptions::default() };
-        assert!(text(&made(&file, target, &acting)).contains("Forces here are those that act"), "{target:?}");
+        assert!(text(&made(&file, target, &acting)).contains("Forces here are effective ones"), "{target:?}");
     }
     let table = text(&made(&file, Target::Csv, &ExportOptions::default()));
-    assert!(table.contains("The values go with forces that act, by losses of thrust: eta_inter of surge 0.9"));
+    assert!(table.contains("The values refer to effective forces, after losses of thrust: eta_inter of surge 0.9"));
 }
 
 #[test]

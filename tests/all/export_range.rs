@@ -61,7 +61,7 @@ fn stability_is_counted_from_the_model() {
     };
     let rest = ModelFile { noise: Some(noise(&PLANAR)), ..planar(&[]) };
     // −20/250, −35/320, −15/60 and the heading; the noise at −1/0.8 and −1/3
-    let linear = "eigenvalues of A (1/s) -0.25, -0.109, -0.08, 0: 1 stay, the others die out";
+    let linear = "eigenvalues of A (1/s) -0.25, -0.109, -0.08, 0: 1 stay constant, the others decay";
     assert_eq!(stability(Target::LinearJson, &rest), linear);
     assert_eq!(stability(Target::LinearPython, &rest), linear);
     let kalman = stability(Target::KalmanPython, &rest);

@@ -53,7 +53,7 @@ fn found(is_held: bool, input: &str) -> Discovery {
 #[test]
 fn held_commands_that_are_read_as_lines_are_said_to_be_held() {
     let found = found(true, "linear");
-    assert!(found.sentence.starts_with("Commands that are held were read as straight lines"), "{}", found.sentence);
+    assert!(found.sentence.starts_with("Held commands were interpolated linearly"), "{}", found.sentence);
     assert!(found.sentence.contains("input = \"hold\""), "{}", found.sentence);
     assert!(found.warnings.iter().any(|w| w.code == "D106"), "{:?}", found.warnings);
     // the remedy is another option for the log, not an effect in the model

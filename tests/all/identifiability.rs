@@ -87,7 +87,7 @@ fn laws_of_drag_at_nearly_one_speed_are_named_as_a_group() {
             assert!(low < p.value && p.value < high, "{one:?}");
         }
     }
-    assert!(known.groups.iter().all(|g| g.run.contains("would sharpen")), "{:?}", known.groups);
+    assert!(known.groups.iter().all(|g| g.run.contains("would reduce their standard errors")), "{:?}", known.groups);
 }
 
 #[test]

@@ -122,7 +122,7 @@ fn a_pilots_log_becomes_a_campaign_that_fits() {
         "input = \"hold\"",
         "role = \"validate\"",
         "supply_V = \"battery\"",
-        "not placed",
+        "not recognised",
     ] {
         assert!(text.contains(said), "{said} is not in\n{text}");
     }
@@ -232,12 +232,12 @@ fn a_log_that_is_not_read_is_told() {
     assert!(told.contains("no log could be read") && !told.contains("hydrosysid check"), "{told}");
     let campaign = fs::read_to_string(folder.path("made/campaign.toml")).expect("it is written");
     assert!(
-        campaign.contains("# guessed: no log could be read: these stand here as an example\ndofs = "),
+        campaign.contains("# guessed: no log could be read: these are listed as an example\ndofs = "),
         "{campaign}"
     );
     let output = run(&["fit", &log]);
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("this is an ArduPilot DataFlash log, and a campaign file is wanted"), "{told}");
+    assert!(told.contains("this is an ArduPilot DataFlash log, not a campaign file"), "{told}");
 }
 
 /// Every verb recognises a log in another format by its first bytes, and a CSV file under any name.
@@ -249,7 +249,7 @@ fn formats_are_known_by_their_first_bytes_in_every_verb() {
         ("dive.csv", &b"\xa3\x95\x80\x80YFMT\0\x01\x02"[..], "ArduPilot DataFlash log"),
         ("a.dat", b"ULog\x01\x12\x35\x01\0\0", "PX4 ULog"),
         ("b.csv", b"PAR1\x15\0\x15", "Parquet file"),
-        ("zeros.BIN", &unknown, "no text, and its first bytes are those of no log"),
+        ("zeros.BIN", &unknown, "not text, and its first bytes are not those of a known log format"),
     ] {
         let log = folder.path(name);
         fs::write(&log, bytes).expect("a file can be written");
@@ -366,7 +366,7 @@ fn published_parameters_are_priors_that_load() {
     succeeds(&["init", &log, "--vehicle", "bluerov2-heavy", "-o", &place]);
     let file = Path::new(&place).join("campaign.toml");
     let campaign = fs::read_to_string(&file).expect("it was written");
-    let from = campaign.find("as priors: take the marks off").expect("priors");
+    let from = campaign.find("as priors: uncomment").expect("priors");
     let until = campaign[from..].find("[[run]]").expect("runs") + from;
     let bare: String = campaign[from..until]
         .lines()

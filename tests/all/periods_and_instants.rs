@@ -48,7 +48,7 @@ fn the_period_of_a_wave_is_found_by_the_fit() {
     assert!(fit.sentence.contains("No random force is found"), "{}", fit.sentence);
     assert!(!fit.warnings.iter().any(|w| ["M128", "M144"].contains(&w.code)), "{:?}", fit.warnings);
     let told = fit.warnings.iter().find(|w| w.code == "M225").expect("where the values of a held-out run come from");
-    assert!(told.message.starts_with("a_wavev, b_wavev: what they are in a run that took no part"), "{}", told.message);
+    assert!(told.message.starts_with("a_wavev, b_wavev: in a run that took no part"), "{}", told.message);
     let of =
         |name: &str| &fit.model.parameters.iter().find(|p| p.spec.name == name).expect("it is in the model").per_run;
     let (a, b) = (of("a_wavev"), of("b_wavev"));

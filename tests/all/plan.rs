@@ -120,7 +120,7 @@ fn little_room_leaves_long_ways_out() {
     let limits = BTreeMap::from([(Dof::Surge, 335.0)]);
     let ahead = PlanOptions { room: Some(0.01), limits, ..options() };
     let none = propose(&course, &wishes(&course.model, 0.05), &ahead);
-    assert!(none.expect_err("no room at all").to_string().contains("candidate runs can be sailed"));
+    assert!(none.expect_err("no room at all").to_string().contains("candidate runs can be carried out"));
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn the_command_plans_writes_and_reads_back() {
     });
     let found = command(&["--want", "2%", "--limit", "surge=140", "--length", "40", "-o", &out, "--json", &first]);
     assert_eq!(found.status.code(), Some(0), "{}", told(&found));
-    assert!(String::from_utf8_lossy(&found.stdout).contains("One run meets every wish."));
+    assert!(String::from_utf8_lossy(&found.stdout).contains("One run meets every requested accuracy."));
     let plan = json(&first);
     assert!(plan["parameters"].as_array().is_some_and(|p| p.len() == 3 && p.iter().all(|p| p["std"].is_number())));
     let name = plan["runs"][0]["name"].as_str().expect("a run has a name");
@@ -176,7 +176,7 @@ fn the_command_plans_writes_and_reads_back() {
     assert_eq!(command(&["--limit", "sruge=1"]).status.code(), Some(2));
     let strong = command(&["--runs", &told_runs, "--limit", "surge=20"]);
     assert_eq!(strong.status.code(), Some(1), "{}", told(&strong));
-    assert!(told(&strong).contains("the vehicle gives 20.000"), "{}", told(&strong));
+    assert!(told(&strong).contains("the vehicle provides 20.000"), "{}", told(&strong));
     let _ = fs::remove_dir_all(&folder);
 }
 

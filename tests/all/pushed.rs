@@ -211,10 +211,10 @@ fn a_plan_counts_the_random_force_in() {
         (p.and_then(|p| p.std).expect("it is shown"), made.sentence)
     };
     let (pushed, sentence) = deviation(&file);
-    assert!(sentence.contains("counted in"), "{sentence}");
+    assert!(sentence.contains("random force is included"), "{sentence}");
     let (calm, _) = deviation(&ModelFile { noise: None, ..file.clone() });
     assert!(pushed > 1.5 * calm, "{pushed} {calm}");
     assert!(fit.converged);
     let made = campaign::plan(&source(&file), &request(10.0), &|| ()).expect("it can be planned");
-    assert!(made.sentence.starts_with("Enough already"), "{}", made.sentence);
+    assert!(made.sentence.starts_with("No further run is needed"), "{}", made.sentence);
 }

@@ -78,11 +78,14 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
         refused(&text.replace(line, &format!("covariance = {matrix}")))
     };
     for (matrix, said) in [
-        ("[[1.0, 0.1], [0.2, 1.0]]", "covariance[1][0]: 0.2, and covariance[0][1] is 0.1: a covariance is symmetric"),
-        ("[[1.0, 7.0], [7.0, 1.0]]", "covariance[1][0]: 7.0 is a correlation beyond 1"),
-        ("[[-1.0, 0.0], [0.0, 1.0]]", "covariance[0][0]: -1.0: a variance is not negative"),
+        (
+            "[[1.0, 0.1], [0.2, 1.0]]",
+            "covariance[1][0]: 0.2, but covariance[0][1] is 0.1: a covariance must be symmetric",
+        ),
+        ("[[1.0, 7.0], [7.0, 1.0]]", "covariance[1][0]: 7.0 implies a correlation beyond 1"),
+        ("[[-1.0, 0.0], [0.0, 1.0]]", "covariance[0][0]: -1.0: a variance must not be negative"),
         ("[[1.0, nan], [0.0, 1.0]]", "covariance[0][1]: NaN is not a finite number"),
-        ("[[1.0]]", "number of rows is 1, and there are 2 parameters"),
+        ("[[1.0]]", "number of rows is 1, but there are 2 parameters"),
         ("[[1.0, 0.0], [0.0]]", "covariance[1]: its number of columns is 1"),
     ] {
         let (place, message) = of(matrix);
@@ -95,7 +98,7 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
     let twice = text.replacen(second, first, 1);
     let (place, message) = refused(&twice);
     assert!(
-        message.contains("parameter[1].effect") && message.contains("stands here for the second time"),
+        message.contains("parameter[1].effect") && message.contains("occurs here for the second time"),
         "{message}"
     );
     assert!(place.is_some());
@@ -135,7 +138,7 @@ fn a_model_file_with_impossible_noise_is_refused() {
         (
             "rms = 1.25",
             "rms = -1.25",
-            "noise.force[0].rms: -1.25: a standard deviation is a number that is not negative",
+            "noise.force[0].rms: -1.25: a standard deviation must be a number that is not negative",
         ),
         ("rms = 1.25", "rms = nan", "noise.force[0].rms: NaN"),
         (
@@ -145,7 +148,7 @@ fn a_model_file_with_impossible_noise_is_refused() {
         ),
         ("std = 0.005", "std = -0.005", "noise.sensor[0].std: -0.005"),
         ("noise = 0.0625", "noise = inf", "sensors.u.noise: inf"),
-        ("rate = 12.5", "rate = 0.0", "sensors.u.rate: 0.0: a rate is a positive number"),
+        ("rate = 12.5", "rate = 0.0", "sensors.u.rate: 0.0: a rate must be a positive number"),
     ] {
         assert!(text.contains(good), "{good} in {text}");
         let (_, message) = refused(&text.replacen(good, bad, 1));

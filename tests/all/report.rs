@@ -43,7 +43,7 @@ fn a_staged_campaign_shows_towing_beside_propelled_and_the_load_cells() {
     paper_campaign(1, 1.0).unwrap().write(&folder.0).unwrap();
     let page = page_of(&folder.campaign(), None, None, Origin::default()).unwrap();
     let titles = [
-        "What the data tells apart",
+        "What the data can separate",
         "The same parameter from other sources",
         "Each run&#39;s own model on every run, surge",
         "Residuals against u",
@@ -72,8 +72,8 @@ fn a_fit_of_free_motion_shows_noise_single_runs_and_published_values() {
     let page = page_of(&campaign, None, Some(&published), Origin::default()).unwrap();
     let titles = [
         "Noise of the sensors",
-        "Whether predictions err as predicted",
-        "What the data tells apart",
+        "Whether prediction errors are as expected",
+        "What the data can separate",
         "The same parameter from other sources",
         "Each run&#39;s own model on every run, yaw",
         "Residuals against r",

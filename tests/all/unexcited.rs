@@ -207,7 +207,7 @@ fn an_inertia_that_the_data_does_not_tell_comes_first() {
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
     let sentence = &fit.sentence;
     assert!(
-        sentence.starts_with("Do not use these numbers for sway and yaw: this data does not tell m_v"),
+        sentence.starts_with("Do not use these numbers for sway and yaw: this data does not determine m_v"),
         "{sentence}"
     );
 }

@@ -65,7 +65,7 @@ def test_the_demos_report_is_sound_on_desk_and_phone_light_and_dark(browser, rep
         assert browser.run("document.documentElement.scrollWidth") <= width
         assert browser.run("/NaN|undefined|Infinity|`/.test(document.querySelector('main').innerText)") is False
     titles = browser.run("[...document.querySelectorAll('.chart-figure .title')].map(e => e.textContent)")
-    for title in ("What the data tells apart", "The same parameter from other sources", "Drag in surge",
+    for title in ("What the data can separate", "The same parameter from other sources", "Drag in surge",
                   "Each run's own model on every run, yaw", "Residuals against u", "The gap in yaw"):
         assert title in titles
     paper = base64.b64decode(browser.call("Page.printToPDF", printBackground=True)["data"])

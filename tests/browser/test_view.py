@@ -278,7 +278,7 @@ def test_the_first_logs_make_the_campaign(browser, serve, tmp_path, bolt):
     (other / LOGS[0]).write_text("t,u\n0,1\n1,2\n")
     drop(browser, [other / LOGS[0]])
     browser.until("!document.querySelector('#message').hidden")
-    assert "is there already and is another log" in text(browser, "#message")
+    assert "already exists and is a different log" in text(browser, "#message")
     assert (tmp_path / LOGS[0]).read_bytes() == (bolt / LOGS[0]).read_bytes()
 
 

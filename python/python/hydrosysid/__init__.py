@@ -1,6 +1,6 @@
 """Experimental identification of underwater vehicles.
 
-From logs of bollard-pull, constant-velocity, oscillatory and zig-zag runs to a model that can be trusted, and to the
+From logs of bollard-pull, constant-velocity, oscillatory and zig-zag runs to a trustworthy model, and to the
 name of what it still lacks. The verbs of the command are functions here::
 
     import hydrosysid as hs

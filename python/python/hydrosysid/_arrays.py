@@ -1,4 +1,4 @@
-"""Arrays at the door: converted once, refused with a message that names them.
+"""Input arrays: converted once, or refused with a message that names them.
 
 NumPy turns masked, complex and dated arrays into doubles that mean something else: the value under a mask, the real
 part, a count of ticks; and it drops units. Here a masked or absent value (None, pandas.NA) is NaN, dates are time
@@ -23,10 +23,10 @@ DATED = (np.datetime64, np.timedelta64, datetime.date, datetime.timedelta)
 
 
 def numbers(values: Any, name: str) -> NDArray[np.float64]:
-    """An array of doubles in SI units, NaN where a value is masked or absent; the array itself where it is one.
+    """An array of doubles in SI units, NaN where a value is masked or absent; an array is passed through.
 
     Raises:
-        UsageError: no numbers.
+        UsageError: not numbers.
     """
     given = _given(values, name)
     inside = {type(value) for value in given.flat} if given.dtype.kind == "O" else {given.dtype.type}
@@ -82,8 +82,8 @@ def seconds(values: Any, name: str, origin: np.datetime64 | None = None) -> NDAr
     [0.0, 0.25]
 
     Raises:
-        UsageError: instants where there is no origin; no numbers.
-        DataError: a stamp that is none (NaT), or masked.
+        UsageError: instants without an origin; not numbers.
+        DataError: a stamp that is NaT or masked.
     """
     values = without_units(values, name, ("s",))
     given = stamps_of(values, name)
@@ -91,9 +91,9 @@ def seconds(values: Any, name: str, origin: np.datetime64 | None = None) -> NDAr
         return numbers(values, name)
     without = np.isnat(given) | np.ma.getmaskarray(given)
     if without.any():
-        raise DataError(f"{name}[{int(np.argmax(without))}] is no time stamp: leave that sample out")
+        raise DataError(f"{name}[{int(np.argmax(without))}] is not a time stamp: leave that sample out")
     if given.dtype.kind == "M" and origin is None:
-        raise UsageError(f"{name} holds dates, and this run counts seconds: give seconds")
+        raise UsageError(f"{name} holds dates, but this run counts seconds: give seconds")
     passed = nanoseconds(np.asarray(given), name)
     if origin is not None and given.dtype.kind == "M":
         start = int(nanoseconds(np.asarray(origin), name))
@@ -107,7 +107,7 @@ def nanoseconds(times: NDArray[Any], name: str) -> NDArray[np.int64]:
     """Instants since 1970 or durations as whole nanoseconds.
 
     Raises:
-        DataError: one that 64 bits of nanoseconds do not hold, which NumPy would wrap to another.
+        DataError: one that does not fit 64 bits of nanoseconds, which NumPy would wrap around.
     """
     made = times.astype(f"{times.dtype.kind}8[ns]")
     if np.datetime_data(times.dtype)[0] not in FINER:
@@ -121,10 +121,10 @@ def nanoseconds(times: NDArray[Any], name: str) -> NDArray[np.int64]:
 
 
 def shaped(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
-    """An array of doubles of so many dimensions, in the order in which it lies; whether they are finite is not asked.
+    """An array of doubles with the given number of dimensions, in its memory order; finiteness is not checked.
 
     Raises:
-        UsageError: no numbers, or another shape.
+        UsageError: not numbers, or the wrong shape.
     """
     found = numbers(values, name)
     if found.ndim != dimensions:
@@ -133,10 +133,10 @@ def shaped(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
 
 
 def array(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
-    """A C-contiguous array of doubles of so many dimensions, all finite.
+    """A C-contiguous array of doubles with the given number of dimensions, all finite.
 
     Raises:
-        UsageError: no numbers, or another shape.
+        UsageError: not numbers, or the wrong shape.
         DataError: a value is not finite.
     """
     found = shaped(values, name, dimensions)

@@ -1,4 +1,4 @@
-"""Channels at other instants than their own samples."""
+"""Channels interpolated to other instants than their samples."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COMMAND = re.compile(r"tau_.*|V[0-9]+|(acting_)?F[0-9]+")
 
 
 def read_at(time: Array, name: str, stamps: Array, values: Array, *, held: bool) -> Array:
-    """A channel at `time`: on straight lines between its samples, beyond them as the nearest.
+    """A channel at `time`: linearly interpolated; outside its samples the nearest one.
 
     Args:
         time: instants, s.

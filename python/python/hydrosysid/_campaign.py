@@ -1,4 +1,4 @@
-"""A campaign: one vehicle, its runs, and what is asked of them."""
+"""A campaign: one vehicle, its runs, and the options."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ._settings import settings
 
 
 class Campaign:
-    """One vehicle, its runs, and the baseline model: what every verb works on.
+    """One vehicle, its runs, and the baseline model: the input of every verb.
 
     The arguments are the tables of a campaign file, as mappings; the runs are in memory. Logs are read and checked at
     once. A campaign pickles as what it was made from and is made anew where it is unpickled.
@@ -34,13 +34,13 @@ class Campaign:
         input: inputs between samples: ``linear`` or ``hold``.
         water: ``density``, ``kinematic_viscosity``.
         noise: standard deviation of the noise of each channel; estimated from the data when absent.
-        parameters: start, bounds, held value or prior: ``{"effect": "quadratic_drag@surge", "value": 309.0}``.
+        parameters: start, bounds, fixed value or prior: ``{"effect": "quadratic_drag@surge", "value": 309.0}``.
         own_effects: effects of your own: `OwnEffect`, or ``{"id", "dof", "formula", "unit", "role"}``.
         observe: logged functions of the states: ``{"channel", "formula"}``.
         tables: further tables of a campaign file by name: ``thruster``, ``efficiency``, ``fit``, ``stage``, …
 
     Raises:
-        UsageError: a table that cannot be; the message names the key.
+        UsageError: an invalid table; the message names the key.
         DataError: runs that lack what the model reads.
     """
 
@@ -99,11 +99,11 @@ class Campaign:
         """The same campaign with further effects in its baseline, as `Discovery.adopt` puts them there.
 
         Args:
-            names: ids of the catalogue; those that are there already stay once.
+            names: ids of the catalogue; those already present are not repeated.
             training: names of runs, as in `runs`, that get the role ``train``.
 
         Raises:
-            UsageError: no such effect or run, or the campaign was read from a file, which says what its baseline is.
+            UsageError: no such effect or run, or the campaign was read from a file, which defines its baseline.
         """
         kind, text, *rest = self._source
         if kind == "file":
@@ -138,9 +138,9 @@ class Campaign:
     effects: list[str]
     """Terms of the baseline."""
     runs: list[list[str]]
-    """Name, kind and role of each run; a number stands behind a name that was there before."""
+    """Name, kind and role of each run; a repeated name gets a number."""
     findings: tuple[Finding, ...]
-    """What reading and preparing found."""
+    """Findings of reading and preparing."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         kind, place, *rest = self._source

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """A parameter of an effect; `linear` ones are found by least squares in one step."""
+    """A parameter of an effect; `linear` ones are estimated by least squares in one step."""
 
     name: str
     unit: str
@@ -30,18 +30,18 @@ class EffectParameter:
 
 @dataclass(frozen=True)
 class Effect:
-    """An entry of the catalogue: one thing that may happen between command and log.
+    """An entry of the catalogue: one physical effect between command and log.
 
     Attributes:
         id: stable id, as in a campaign.
         common_name: what practitioners call it.
         family: ``body``, ``actuator``, ``environment`` or ``sensor``.
-        dofs: degrees of freedom in which it may stand, or which it needs.
+        dofs: degrees of freedom in which it can act, or which it needs.
         formula: what it adds or changes.
         meaning: one sentence.
         source: where it comes from.
         shown_by: which data can show it.
-        parameters: its parameters, at the first place where it may stand.
+        parameters: its parameters, at the first place where it can act.
     """
 
     id: str
@@ -59,10 +59,10 @@ def effects(search: str = "") -> list[Effect]:
     """The catalogue of effects, in the order of the chain from command to log.
 
     Args:
-        search: only those that hold every word of this in their id, common name or meaning; capitals do not count.
+        search: only those with all these words in their id, common name or meaning; case does not matter.
 
     Raises:
-        UsageError: no effect does; the message says what may have been meant.
+        UsageError: no effect matches; the message suggests what may have been meant.
 
     >>> [effect.id for effect in effects()][:2]
     ['inertia', 'added_mass_coupling']
@@ -80,8 +80,8 @@ class Regressors(NamedTuple):
     """The linear system H θ = rhs of a balance of momentum.
 
     Attributes:
-        names: symbols of the parameters, one a column.
-        columns: H, (n, p); unit of the momentum over that of the parameter.
+        names: symbols of the parameters, one per column.
+        columns: H, (n, p); unit of the momentum divided by that of the parameter.
         rhs: right-hand side, N·s or N·m·s, (n).
         span: begin and end of each row, s, (n, 2).
     """
@@ -108,7 +108,7 @@ def regressors(
     Args:
         run: one run, or several that are stacked.
         dof: ``surge`` … ``yaw``.
-        effects: ids from the catalogue, ``id`` or ``id@dof``.
+        effects: ids of the catalogue, ``id`` or ``id@dof``.
         dofs: all degrees of freedom of the model; `dof` alone when absent.
         fixed: values of effects that are known; they go to the right-hand side.
         coriolis: ``free`` coefficients, as the paper's k_uv, or ``tied`` to the inertias.

@@ -22,7 +22,7 @@ MOST_LOGS = 20
 class CheckedLog:
     """One log or run that was checked; `rows` samples over `duration` s.
 
-    `lights` holds a light a topic, `log_findings` faults that a model could mistake for an effect. They rest on
+    `lights` holds one light per topic, `log_findings` faults that a model could mistake for an effect. They rest on
     `rates` of the channels (Hz), `agreements` of sensors with each other (factor, latency in s), `answers` of the
     motion to its commands (gain, delay in s), the `excitation` of each degree of freedom, and `loops` that hold a
     speed.
@@ -47,14 +47,14 @@ class CheckedLog:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Check(Result):
-    """What logs have to say of themselves.
+    """The check of logs or a campaign.
 
     Attributes:
         format: 1.
         verdict: ``green``, ``amber`` or ``red``.
-        logs: one entry a log or run.
+        logs: one entry per log or run.
         warnings: warnings and notes.
-        errors: why what is refused is refused.
+        errors: the reasons for refusals.
     """
 
     format: int
@@ -66,13 +66,13 @@ class Check(Result):
     title: ClassVar[str] = "Check"
 
     def rows(self) -> Rows:
-        """One row a log, with its light of each topic."""
+        """One row per log, with its light of each topic."""
         keys = ("file", "verdict", "rows", "duration", "segments", "kind", "role")
         lights = [{light["topic"]: light["light"] for light in log.lights} for log in self.logs]
         return [{key: getattr(log, key) for key in keys} | own for log, own in zip(self.logs, lights, strict=True)]
 
     def _verdict(self) -> tuple[str, str]:
-        told = {"green": "nothing to object to", "amber": "usable, with what is said below", "red": "refused"}
+        told = {"green": "no objection", "amber": "usable, with the findings below", "red": "refused"}
         return self.verdict, told.get(self.verdict, "")
 
     def _picture(self) -> str:

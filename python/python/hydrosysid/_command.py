@@ -103,7 +103,7 @@ def _reading(typed: argparse.Namespace) -> dict[str, Any]:
     """The options of ``[log]`` that were typed.
 
     Raises:
-        UsageError: they are no TOML.
+        UsageError: they are not TOML.
     """
     try:
         options = tomllib.loads("\n".join(typed.options))
@@ -122,12 +122,12 @@ def _refuse(warnings: int) -> None:
     """What ``--strict`` says of warnings, as the crate says it."""
     if warnings:
         counted = "1 warning" if warnings == 1 else f"{warnings} warnings"
-        raise DataError(f"{counted}, and --strict takes warnings as errors")
+        raise DataError(f"{counted}, and --strict treats warnings as errors")
 
 
 def _init(typed: argparse.Namespace) -> int:
     if typed.output is None:
-        raise UsageError("say with -o which folder or campaign file to write")
+        raise UsageError("give the folder or campaign file to write with -o")
     options, json_file = _reading(typed), _json_file(typed)
     if json_file is not None:
         may_write(json_file, typed.force)
@@ -148,7 +148,7 @@ def _init(typed: argparse.Namespace) -> int:
         print(result)
     if not typed.quiet and (typed.json is None or json_file is not None):
         place = typed.output if typed.output == file else file.parent
-        print(f"{file} written, with {guesses} guess{'' if guesses == 1 else 'es'} to read through (`# guessed:`)")
+        print(f"{file} written, with {guesses} guess{'' if guesses == 1 else 'es'} to check (`# guessed:`)")
         print(f"next: hydrosysid check {place}")
     return 0
 
@@ -156,7 +156,7 @@ def _init(typed: argparse.Namespace) -> int:
 def _convert(typed: argparse.Namespace) -> int:
     output = typed.output or typed.place
     if output is None:
-        raise UsageError("say with -o which file to write")
+        raise UsageError("give the file to write with -o")
     options, json_file = _reading(typed), _json_file(typed)
     for place in (output, json_file):
         if place is not None:

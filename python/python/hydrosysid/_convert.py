@@ -23,15 +23,15 @@ def convert(
     force: bool = False,
     **options: Any,
 ) -> Run:
-    """Reads a log in any format, and writes it as plain CSV in SI units where `output` says so.
+    """Reads a log in any format, and writes it as plain CSV in SI units if `output` is given.
 
     Args:
         source: a ROS bag (a file or a folder), ``.mcap``, ``.bin``, ``.ulg``, ``.mat``, ``.parquet``, ``.arrow``,
             ``.feather``, ``.nc``, ``.npz``, ``.npy``; everything else is read as CSV.
-        output: the CSV to write: sensors of their own rates stand side by side, and cells are empty where one has no
+        output: the CSV to write: sensors with their own rates share the file, and cells are empty where one has no
             sample; read it back with ``missing = "no_sample"``.
         map: a TOML file with the reading options, ``columns`` among them.
-        force: replace a file that is there.
+        force: replace an existing file.
         options: reading options; they win over the map.
 
     Raises:

@@ -28,7 +28,7 @@ class OwnEstimate:
 
 @dataclass(frozen=True)
 class OwnModel:
-    """What one run says alone, of the degrees of freedom `dofs`."""
+    """Estimates from one run alone, for the degrees of freedom `dofs`."""
 
     run: str
     dofs: tuple[str, ...]
@@ -40,8 +40,8 @@ class Crossed:
     """The model of one run simulated on another.
 
     Attributes:
-        model: run that the model was made from.
-        run: run that it was simulated on.
+        model: run to which the model was fitted.
+        run: run on which it was simulated.
         dof: degree of freedom; the channel of the position or angle (`z`, `psi`) where the run logs no velocity.
         mean_abs: mean of the absolute error, equation (25) of the paper, m/s or rad/s; m or rad of a position or angle.
         std_abs: its standard deviation, in the same unit.
@@ -66,7 +66,7 @@ class CrossValidation(Result):
 
     Attributes:
         format: 1.
-        models: one a run that can stand alone.
+        models: one per run that can be fitted alone.
         crossed: each model on each run, by degree of freedom.
         left_out: names of runs that were left out; the twenty longest make models, and of the others the twenty longest
             are simulated.
@@ -80,7 +80,7 @@ class CrossValidation(Result):
     title: ClassVar[str] = "Each run's own model on every run"
 
     def rows(self) -> Rows:
-        """One row a model, a run and a degree of freedom."""
+        """One row per model, a run and a degree of freedom."""
         return [dict(vars(cell)) for cell in self.crossed]
 
     def _verdict(self) -> tuple[str, str]:
@@ -91,7 +91,7 @@ class CrossValidation(Result):
             if cell.model != cell.run and own.get((cell.run, cell.dof), 0.0) > 0.0
         ]
         if not ratios:
-            return "", "No model could be simulated on a run of another."
+            return "", "No model could be simulated on another run."
         worst, cell = max(ratios, key=lambda entry: entry[0])
         typical = median(ratio for ratio, _ in ratios)
         return "", (
@@ -103,7 +103,7 @@ class CrossValidation(Result):
         return picture(lambda figure: self.plot(ax=figure.add_subplot()), 4.6, 3.2) if self.crossed else ""
 
     def plot(self, dof: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
-        """The matrix of one degree of freedom: a row a model, a column a run.
+        """The matrix of one degree of freedom: one row per model, one column per run.
 
         Args:
             dof: degree of freedom; the first when absent.

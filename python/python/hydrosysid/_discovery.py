@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FoundParameter:
-    """A parameter of an effect that was found, SI units."""
+    """A parameter of a discovered effect, SI units."""
 
     name: str
     value: float
@@ -34,16 +34,16 @@ class FoundParameter:
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect that the data asks for.
+    """An effect that the data require.
 
     Attributes:
         id: ``id``, ``id@dof`` or ``id@dof:other``; of single thrusters ``id@T6`` or ``id@T2:T5``.
         common_name: what practitioners call it.
         dofs: degrees of freedom in which it acts.
-        parameters: its parameters in the final fit; none of a whole row of the Coriolis forces, which is tied to the
-            inertias, or of two thrusters that are exchanged.
-        p_value: probability of as much by chance, over all candidates.
-        also_possible: other names that this data allows.
+        parameters: its parameters in the final fit; none for a whole row of the Coriolis forces, which is tied to the
+            inertias, or for two exchanged thrusters.
+        p_value: probability of such a gain by chance, over all candidates.
+        also_possible: other effects that explain this data as well.
         evidence: one sentence.
     """
 
@@ -71,21 +71,21 @@ class RunInstant:
 
 @dataclass(frozen=True)
 class ChangedParameter:
-    """A parameter of the last model that is surely not the same at all times.
+    """A parameter of the last model that is significantly not constant.
 
     Attributes:
         parameter: effect and symbol, or a property of the vehicle: ``drag``, ``thrust`` or ``mass``.
-        run: run in which it is another, or from which on.
-        from_: instant from which on it is another, s of the run; None where it is of this run alone.
-        between: earliest and latest instant of an event that the data do not tell from `from_`; empty where they do.
-        change: what it is more there than elsewhere.
-        std: deviation of that.
+        run: run in which it differs, or in which the change begins.
+        from_: instant from which it differs, s of the run; None if it differs in this run alone.
+        between: earliest and latest instant of an event that the data cannot separate from `from_`; else empty.
+        change: its value there minus that elsewhere.
+        std: standard error of the change.
         unit: unit of both.
-        p_value: probability of as much by chance, of all parameters and parts of the log.
-        gain: by how much −2 ln L falls, beyond chance, with values of their own for all parameters there.
-        alone: whether this change is all; where it is not, no value has changed: the equations have another shape. Of
-            an event (`absent`, or a property of the vehicle) less than a tenth of its gain remains then.
-        absent: whether the effect is not in the model, and begins there: a thruster that fails.
+        p_value: probability of such a change by chance, over all parameters and parts of the log.
+        gain: decrease of −2 ln L, beyond chance, if all parameters have their own values there.
+        alone: whether this change explains everything; if not, the equations have the wrong form. For
+            an event (`absent`, or a property of the vehicle), less than a tenth of its gain then remains.
+        absent: whether the effect is not in the model and begins there, such as a thruster that fails.
         relative: whether ``change`` is a share of the value elsewhere: of the whole drag, or of all thrust.
     """
 
@@ -105,12 +105,12 @@ class ChangedParameter:
 
 @dataclass(frozen=True)
 class BehavesLike:
-    """What helped and broke a rule of physics or of the runs that took no part: no name.
+    """An effect that improved the fit but violates a rule of physics or of the held-out runs: not adopted.
 
     Attributes:
         id: ``id``, ``id@dof`` or ``id@dof:other``.
-        why: which rule, in words.
-        gain: by how much −2 ln L fell.
+        why: the violated rule, in words.
+        gain: decrease of −2 ln L.
     """
 
     id: str
@@ -150,9 +150,9 @@ class GapOfRun:
 
 @dataclass(frozen=True)
 class GapStep:
-    """Error on held-out runs after `added` came in; `None` for the refitted baseline, `dropped` if it went again.
+    """Error on held-out runs after adding `added`; `None` for the refitted baseline, `dropped` if removed again.
 
-    `force` is the random force of this step, which a true name makes fall; `prediction` how predictions err.
+    `force` is the random force of this step, which a true effect reduces; `prediction` the prediction errors.
     """
 
     added: str | None
@@ -175,7 +175,7 @@ LIGHTS = {"nothing_missing": "green", "explained": "green", "partly_explained": 
 
 @dataclass(frozen=True)
 class LogFinding:
-    """A fault of the log that looks like missing physics, and in one sentence what to do."""
+    """A fault of the log that looks like missing physics, and what to do about it in one sentence."""
 
     kind: str
     channel: str
@@ -185,7 +185,7 @@ class LogFinding:
 
 @dataclass(frozen=True)
 class Dependence:
-    """What a missing force goes with: a channel, a product of two, heading, depth, time or amplitude."""
+    """What a missing force correlates with: a channel, a product of two, heading, depth, time or amplitude."""
 
     quantity: str
     correlation: float
@@ -203,7 +203,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Residual:
-    """The force that the baseline lacks in one degree of freedom, root mean square, beside what noise makes of it."""
+    """Rms of the force that the baseline lacks in one degree of freedom, and the rms that noise alone causes."""
 
     dof: str
     rms: float
@@ -218,8 +218,8 @@ class Residual:
 class SmallestVisible:
     """The smallest size of an effect that this data would have shown.
 
-    `tied` is what has no parameter, as the whole row of the Coriolis forces with the coefficients of the inertias, or
-    two thrusters that are exchanged: its size is the share of it, 1 for all of it.
+    `tied` marks an effect without a parameter, such as a row of the Coriolis forces with the inertias' coefficients, or
+    two exchanged thrusters: its size is a share, 1 for the whole effect.
     """
 
     id: str
@@ -236,21 +236,21 @@ class Discovery(Result):
         format: 1.
         verdict: ``nothing_missing``, ``explained``, ``partly_explained`` or ``unexplained``.
         sentence: the verdict in words.
-        effects: what was added, in order.
+        effects: the added effects, in order.
         where: where the baseline disagrees with the data.
         residuals: the force that the baseline lacks, by degree of freedom.
         gap: error on held-out runs before and after each step.
-        changed_parameter: the parameter of the last model that is not the same at all times, if there is one.
-        behaves_like: what helped and broke a rule of physics or of the runs that took no part.
-        adopt_names: what stands in the campaign's list of effects once it is adopted; see `adopt`.
+        changed_parameter: the parameter of the last model that is not constant, if there is one.
+        behaves_like: effects that improved the fit but violate a rule of physics or of the held-out runs.
+        adopt_names: the names in the campaign's list of effects once adopted; see `adopt`.
         took_part: runs of the role ``validate`` that took part in the fit, because those of the role ``train`` alone
             did not explain the others, or left a degree of freedom at rest.
-        removed: what was added and dropped again.
-        log_findings: what looks like a fault of the log.
-        smallest_visible: what this data could have shown.
-        next_experiment: the run that would tell more.
+        removed: effects that were added and removed again.
+        log_findings: apparent faults of the log.
+        smallest_visible: the smallest effects that this data could have shown.
+        next_experiment: the most informative next run.
         seed: seed of anything random.
-        warnings: what there is to say.
+        warnings: warnings and notes.
     """
 
     format: int
@@ -278,21 +278,21 @@ class Discovery(Result):
     @overload
     def adopt(self, campaign: str | PathLike[str], to: str | PathLike[str] | None = None) -> None: ...
     def adopt(self, campaign: Campaign | str | PathLike[str], to: str | PathLike[str] | None = None) -> Campaign | None:
-        """Puts what was found into the effects of a campaign's model.
+        """Adds the discovered effects to the model of a campaign.
 
         Args:
-            campaign: a campaign in memory, which stays as it is; or the campaign file, or the folder that holds
-                ``campaign.toml``, in which comments and everything else stay. The runs of `took_part` get the role
+            campaign: a campaign in memory, which is not changed; or the campaign file, or the folder with
+                ``campaign.toml``, whose comments and other content are kept. The runs of `took_part` get the role
                 ``train``.
-            to: of files, another campaign in the same folder, from which logs are found; a copy of `campaign` where it
+            to: for files, another campaign in the same folder, so that the logs are found; a copy of `campaign` if it
                 does not exist.
 
         Returns:
-            The campaign with these effects and roles, of one in memory; `None` of files, which are written.
+            The campaign with these effects and roles, for one in memory; `None` for files, which are written.
 
         Raises:
             UsageError: one of them is no campaign, `to` lies in another folder, or the campaign in memory was read from
-                a file, which is the one to write.
+                a file, which must be given instead.
         """
         if isinstance(campaign, Campaign):
             return campaign.with_effects(self.adopt_names, self.took_part)
@@ -300,7 +300,7 @@ class Discovery(Result):
         return None
 
     def rows(self) -> Rows:
-        """One row a parameter of an effect that was found; one without for a row that is tied to the inertias."""
+        """One row per parameter of an effect that was found; one without for a row that is tied to the inertias."""
 
         def row(effect: FoundEffect, p: FoundParameter | None) -> dict[str, Any]:
             return {
@@ -329,7 +329,7 @@ class Discovery(Result):
         ]
 
     def summary(self) -> str:
-        """Verdict, what was found, the gap on held-out runs, and what to do next."""
+        """Verdict, discovered effects, the gap on held-out runs, and what to do next."""
         found = [text_table(self.rows(), self.title)] if self.effects else []
         following = [f"next: {self.next_experiment}"] if self.next_experiment else []
         gap = text_table(self._gap_rows(), "Gap on held-out runs")
@@ -349,7 +349,7 @@ class Discovery(Result):
         return picture(lambda figure: self.plot(figure.add_subplot()), 5.6, 2.6)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Error on held-out runs over the noise floor, step by step.
+        """Error on held-out runs relative to the noise floor, step by step.
 
         Args:
             ax: axes to draw into; new ones when absent.

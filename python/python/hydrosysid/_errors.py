@@ -13,7 +13,7 @@ from ._plain import build
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing there is to say about data: a note, a warning or an error.
+    """A finding about data: a note, a warning or an error.
 
     Attributes:
         code: stable code, ``L012``.
@@ -43,8 +43,8 @@ class HydrosysidError(ValueError):
     """Base of the errors of this package; a `ValueError`.
 
     Attributes:
-        message: what is wrong and what would be right.
-        findings: the same, one by one with file, line and column, where there are such.
+        message: what is wrong and what was expected.
+        findings: the same as single findings with file, line and column, where known.
     """
 
     def __init__(self, message: str, findings: tuple[Finding, ...] = ()) -> None:
@@ -57,7 +57,7 @@ class HydrosysidError(ValueError):
 
 
 class DataError(HydrosysidError):
-    """The data was refused, or does not determine what is asked."""
+    """The data was refused, or does not determine the requested result."""
 
 
 class UsageError(HydrosysidError):

@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and never over another without being told."""
+"""Files written atomically; an existing file is replaced only on request."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ._errors import UsageError
 
 
 def may_write(path: str | PathLike[str], force: bool) -> Path:
-    """The path, where a file may be written there.
+    """The path, if a file may be written there.
 
     Raises:
         UsageError: there is a file already.

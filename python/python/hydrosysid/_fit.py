@@ -40,15 +40,15 @@ class Parameter:
 
     Attributes:
         effect: id of the effect.
-        dof: degree of freedom in whose balance it stands; `None` for the whole vehicle.
+        dof: degree of freedom of its balance; `None` for the whole vehicle.
         name: symbol, ``k_u|u|``.
         value: value.
-        std: standard deviation; 0 for one that was held.
+        std: standard error; 0 for a fixed parameter.
         std_paper: standard deviation by equation (14) of the paper.
         unit: unit.
         sname: SNAME's name of the same quantity, ``X_u|u|``.
         sname_value: SNAME's value, which has the opposite sign; of an inertia and a coupling the added part.
-        fixed: whether it was held.
+        fixed: whether it was fixed.
         other: the other degree of freedom of a coupling.
         per_run: values of a parameter with one in each run.
     """
@@ -92,7 +92,7 @@ class StageEstimate:
 
 @dataclass(frozen=True)
 class Stage:
-    """One fit of which a result is made; residual in the unit of what was fitted.
+    """One fit that is part of a result; residual in the unit of the fitted quantity.
 
     `estimates` are those of a stage of the staged procedure, `numbers` the flow numbers of a single oscillation
     (``reynolds``, ``keulegan_carpenter``, ``lambda``, ``inertia_coefficient``).
@@ -111,7 +111,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """The curve of thrusters as found from their bollard table, equation (1)."""
+    """The curve of thrusters fitted to their bollard table, equation (1)."""
 
     thrusters: tuple[str, ...]
     file: str
@@ -123,7 +123,7 @@ class FittedCurve:
 
 @dataclass(frozen=True, eq=False)
 class RunResiduals:
-    """What a fit leaves of one run in one channel.
+    """The residuals of one run in one channel.
 
     Attributes:
         run: name of the run.
@@ -149,20 +149,20 @@ class Fit(Result):
     Attributes:
         format: 1.
         sentence: the verdict in words.
-        converged: whether the estimator reached its maximum.
+        converged: whether the estimator converged.
         parameters: the parameters, in the order of the model.
         estimator: ``filter_error``, ``output_error``, ``staged`` or ``integral``.
-        std_method: how `Parameter.std` was found.
+        std_method: how `Parameter.std` was computed.
         covariance: covariance in the order of `parameters`, SI, (p, p).
-        stages: the fits of which it is made.
-        warnings: what there is to say.
-        thrusters: curves of thrusters that were found from bollard tables.
-        identifiability: what the data can tell and what it cannot (inflation, force shares, halves, groups,
+        stages: the fits of which it consists.
+        warnings: warnings and notes.
+        thrusters: curves of thrusters that were fitted to bollard tables.
+        identifiability: what the data determine and what they do not (inflation, force shares, halves, groups,
             correlations, condition indices); `None` of a streamed fit.
-        noise: random force, noise of the sensors, and how predictions err; of filter error alone.
-        model: what was found as a thing of its own, which `simulate`, `compare` and `export` take; `Model.to_toml` is
+        noise: random force, sensor noise, and prediction errors; of filter error only.
+        model: the result as a model, which `simulate`, `compare` and `export` accept; `Model.to_toml` is
             its text, `Model.save` writes the file that the command's ``--model`` reads.
-        residuals: what it leaves of the training runs, one entry a run and channel; none of the staged procedure, each
+        residuals: residuals of the training runs, one entry per run and channel; none of the staged procedure, each
             of whose stages has rows of its own, of a streamed fit, and of `map_fit`.
     """
 
@@ -184,7 +184,7 @@ class Fit(Result):
     title: ClassVar[str] = "Fit"
 
     def rows(self) -> Rows:
-        """One row a parameter."""
+        """One row per parameter."""
         return [
             {
                 "effect": p.term,
@@ -210,7 +210,7 @@ class Fit(Result):
 
     @property
     def names(self) -> list[str]:
-        """Effect and symbol of each parameter, ``inertia@surge m_u``: the labels of what follows."""
+        """Effect and symbol of each parameter, ``inertia@surge m_u``: the labels of `params` and `bse`."""
         return [f"{p.term} {p.name}" for p in self.parameters]
 
     @property
@@ -220,7 +220,7 @@ class Fit(Result):
 
     @property
     def bse(self) -> Any:
-        """Standard errors, SI: a pandas Series over `names`; 0 of one that was held."""
+        """Standard errors, SI: a pandas Series over `names`; 0 for a fixed parameter."""
         return labelled([p.std for p in self.parameters], self.names)
 
     @property
@@ -230,7 +230,7 @@ class Fit(Result):
 
     @property
     def resid(self) -> Any:
-        """Residuals as `residuals` tells: a pandas Series over run, channel and time, ``fit.resid["dive.csv", "u"]``.
+        """The `residuals` as a pandas Series over run, channel and time, ``fit.resid["dive.csv", "u"]``.
 
         Raises:
             UsageError: this fit keeps none.
@@ -241,13 +241,13 @@ class Fit(Result):
         return stacked(parts, ["run", "channel", "t"], "resid")
 
     def conf_int(self, alpha: float = 0.05) -> Any:
-        """Normal intervals that hold the truth in 1 - `alpha` of cases: a pandas DataFrame of `lower` and `upper`.
+        """Normal confidence intervals of level 1 - `alpha`: a pandas DataFrame of `lower` and `upper`.
 
         Raises:
             ValueError: `alpha` is not between 0 and 1.
         """
         if not 0.0 < alpha < 1.0:
-            raise ValueError(f"alpha is {alpha}; it is the share of intervals that miss, between 0 and 1")
+            raise ValueError(f"alpha is {alpha}; it must be the probability of a miss, between 0 and 1")
         reach = NormalDist().inv_cdf(1.0 - 0.5 * alpha)
         value = np.array([p.value for p in self.parameters], dtype=float)
         std = np.array([p.std for p in self.parameters], dtype=float)
@@ -258,9 +258,9 @@ class Fit(Result):
         return labelled(self.covariance, self.names, self.names)
 
     def summary(self) -> str:
-        """The parameters, then the stages, in the shape of statsmodels' summaries.
+        """The parameters, then the stages, in the layout of statsmodels' summaries.
 
-        z is coef over std err, P the probability of as much by chance where the truth is 0.
+        z is coef over std err, P the probability of a value as large by chance if the true value is 0.
         """
 
         def z(p: Parameter) -> float | None:
@@ -280,7 +280,7 @@ class Fit(Result):
             for p in self.parameters
         ]
         title = f"Fit by {self.estimator.replace('_', ' ')}"
-        done = "converged" if self.converged else f"not converged: what is marked {UNSETTLED} is no deviation"
+        done = "converged" if self.converged else f"not converged: what is marked {UNSETTLED} is not a standard error"
         foot = f"{self.nobs} observations, {done}; standard errors: {self.std_method}"
         parts = [self.sentence, text_table(parameters, title), foot]
         if self.stages:
@@ -288,7 +288,7 @@ class Fit(Result):
         return "\n".join([*parts, *self._remarks()])
 
     def to_latex(self) -> str:
-        """The parameters as a LaTeX ``tabular``; deviations of a fit that did not converge are marked with ``?``."""
+        """The parameters as a LaTeX ``tabular``; a fit that did not converge has its standard errors marked ``?``."""
         stds = ("std", "std_paper")
         marked = [{key: deviation(row[key], self.converged) for key in stds} for row in self.rows()]
         return latex_table([row | own for row, own in zip(self.rows(), marked, strict=True)])
@@ -333,7 +333,7 @@ class Fit(Result):
         return picture(lambda figure: self.plot(figure.add_subplot()), 6.0, 0.8 + 0.38 * free) if free else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Half of the 95 % interval as a share of the estimate: which parameters are known, and which are not.
+        """Half-width of the 95 % interval relative to the estimate: which parameters are known, and which are not.
 
         Args:
             ax: axes to draw into; new ones when absent.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Fits(Result):
     """Fits of many campaigns, in the order of these; one that failed is its error, in its place.
 
-    It has a length and is gone through and indexed like a list.
+    It has a length, and is iterated and indexed like a list.
 
     Attributes:
         format: 1.
@@ -44,21 +44,21 @@ class Fits(Result):
         return iter(self.results)
 
     def __getitem__(self, place: int) -> Fit | Exception:
-        """What became of the campaign in this place."""
+        """The fit or the error of the campaign at this index."""
         return self.results[place]
 
     @property
     def done(self) -> list[Fit]:
-        """The fits that were made."""
+        """The successful fits."""
         return [result for result in self.results if isinstance(result, Fit)]
 
     @property
     def failures(self) -> dict[int, Exception]:
-        """The errors, by the place of their campaign."""
+        """The errors, by the index of their campaign."""
         return {k: result for k, result in enumerate(self.results) if isinstance(result, Exception)}
 
     def rows(self) -> Rows:
-        """One row a campaign and parameter, and one for a campaign that failed."""
+        """One row per campaign and parameter, and one for a campaign that failed."""
 
         def of(name: str, result: Fit | Exception) -> Rows:
             if isinstance(result, Exception):
@@ -70,17 +70,17 @@ class Fits(Result):
 
     @property
     def params(self) -> Any:
-        """Estimates, SI: a pandas DataFrame, a row a campaign, a column a parameter; NaN where there is none."""
+        """Estimates, SI: a pandas DataFrame, a row per campaign, a column per parameter; NaN where there is none."""
         return self._wide("params")
 
     @property
     def bse(self) -> Any:
-        """Standard errors in the shape of `params`; 0 of one that was held."""
+        """Standard errors in the shape of `params`; 0 for a fixed parameter."""
         return self._wide("bse")
 
     def _wide(self, attribute: str) -> Any:
         if importlib.util.find_spec("pandas") is None:
-            raise ImportError("numbers under names need pandas: pip install pandas")
+            raise ImportError("named numbers need pandas: pip install pandas")
         pandas = importlib.import_module("pandas")
         columns = list(dict.fromkeys(name for fit in self.done for name in fit.names))
         own = [getattr(r, attribute).to_dict() if isinstance(r, Fit) else {} for r in self.results]
@@ -104,7 +104,7 @@ class Fits(Result):
         return f"<Fits of {len(self)} campaigns, {len(self.failures)} failed>"
 
     def _spread_rows(self) -> Rows:
-        """One row a parameter: how it is spread over the campaigns, beside what the fits say of themselves."""
+        """One row per parameter: its spread over the campaigns, and the standard errors of the fits."""
         found: dict[str, list[tuple[float, float, str]]] = {}
         loose: set[str] = set()
         for fit in self.done:
@@ -128,7 +128,7 @@ class Fits(Result):
         return [{"place": k, "campaign": self.names[k], "error": _told(e)} for k, e in self.failures.items()]
 
     def summary(self) -> str:
-        """How each parameter is spread over the campaigns, and what failed."""
+        """The spread of each parameter over the campaigns, and the failures."""
         failed = [text_table(self._failed_rows(), "Failed")] if self.failures else []
         return "\n".join([self._verdict()[1], text_table(self._spread_rows(), "Over the campaigns"), *failed])
 
@@ -151,7 +151,7 @@ class Fits(Result):
         return picture(lambda figure: self.plot(ax=figure.add_subplot()), 5.6, 0.8 + 0.3 * count) if self.done else ""
 
     def plot(self, parameter: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
-        """Each parameter of every campaign over its median; of one parameter its values with their 95 % intervals.
+        """Each parameter of every campaign relative to its median; for one parameter, its values with 95 % intervals.
 
         Args:
             parameter: one of the columns of `params`, or its term or symbol; all parameters when absent.
@@ -173,7 +173,7 @@ class Fits(Result):
         ax.axvline(1.0, color="0.3", linewidth=0.8, zorder=0)
         ax.set_yticks(list(places), [name for name, _ in shown])
         ax.set_ylim(-0.6, len(shown) - 0.4)
-        ax.set_xlabel("estimate over the median of the campaigns")
+        ax.set_xlabel("estimate relative to the median of the campaigns")
         return ax
 
     def _values(self, parameter: str, ax: Axes, style: dict[str, Any]) -> Axes:

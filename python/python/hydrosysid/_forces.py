@@ -42,7 +42,7 @@ class Forces(Result):
     title: ClassVar[str] = "Forces"
 
     def rows(self) -> Rows:
-        """One row an instant, one column a term, and their total."""
+        """One row per instant, one column per term, and their total."""
         columns = {"t": self.time, "velocity": self.velocity} | self.terms | {"total": self.total}
         lists = [values.tolist() for values in columns.values()]
         return [dict(zip(columns, row, strict=True)) for row in zip(*lists, strict=True)]
@@ -68,7 +68,7 @@ class Forces(Result):
         words = f"{_native.common_name(term)} is the largest, {largest:.3g} {unit} rms"
         return (
             "",
-            f"Of {len(sizes) - 1} terms {words}; what is left to accelerate the vehicle is {total:.3g} {unit} rms.",
+            f"Of {len(sizes) - 1} terms {words}; the total, which accelerates the vehicle, is {total:.3g} {unit} rms.",
         )
 
     def _tables(self) -> list[str]:

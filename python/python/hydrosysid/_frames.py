@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 
 def run_of_frame(kind: type[Run], frame: Any, columns: Mapping[str, Any] | None, guess: bool, options: Any) -> Run:
-    """The run that a frame is, as `Run.from_frame` tells.
+    """The run made from a frame, as described for `Run.from_frame`.
 
     Raises:
-        UsageError: no such column, `guess` beside `columns`, or nothing that can be read as a frame.
+        UsageError: no such column, both `guess` and `columns`, or not a data frame.
     """
     if guess:
         if columns is not None:
-            raise UsageError("columns says where each channel stands, and guess asks to find out: give one of them")
+            raise UsageError("columns names each channel, and guess finds them: give one of the two")
         return _guessed(kind, _plain(frame), dict(options))
     home = type(frame).__module__.partition(".")[0]
     names = _names(frame)
@@ -77,7 +77,7 @@ def _sources(columns: Mapping[str, Any]) -> list[str]:
 def _simple(columns: Mapping[str, Any]) -> dict[str, str]:
     told = [name for name, entry in columns.items() if not isinstance(entry, str)]
     if told:
-        raise UsageError(f"columns.{told[0]}: the columns of this frame carry units: give the name alone")
+        raise UsageError(f"columns.{told[0]}: the columns of this frame carry units: give only the name")
     return dict(columns)
 
 
@@ -89,7 +89,7 @@ def _plain(frame: Any) -> dict[str, NDArray[Any]]:
     """Columns of a frame by name."""
     home = type(frame).__module__.partition(".")[0]
     if home == "xarray":
-        raise UsageError("the variables of a dataset have times of their own: say with columns which is which channel")
+        raise UsageError("the variables of a dataset have their own times: name the channels with columns")
     readers = {"polars": table.of_polars, "pyarrow": table.of_arrow}
     return readers.get(home, table.of_pandas)(frame)
 
@@ -104,7 +104,7 @@ def _guessed(kind: type[Run], arrays: dict[str, NDArray[Any]], options: dict[str
         text, *_ = _native.init_campaign([(log, log.name)], "", figures, None, json.dumps(options), "{}")
         campaign = tomllib.loads(text)
         if not campaign.get("run"):
-            raise DataError(f"nothing in the frame could be placed; it has {', '.join(arrays)}")
+            raise DataError(f"no column of the frame could be recognised; it has {', '.join(arrays)}")
         reading = campaign.get("log", {}) | campaign["run"][0].get("log", {})
         made = kind.from_csv(log, **({"name": "frame"} | run | reading))
     own = [found("K201", f"{made.name}: {guess}") for guess in _guesses(text)]

@@ -75,7 +75,7 @@ def document(
         parts: its tables and pictures.
         light: ``green``, ``amber`` or ``red``, shown before the verdict; nothing where it is empty.
         verdict: what it comes to, in words.
-        findings: what there is to say.
+        findings: warnings and notes.
     """
     lamp = f'<span class="light {light}" title="{light}"></span>' if light else ""
     said = f"<p>{lamp}<b>{html.escape(verdict)}</b></p>" if verdict else ""

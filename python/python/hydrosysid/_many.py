@@ -33,20 +33,20 @@ def map_fit(
     estimator: Estimator | None = None,
     progress: Progress = None,
 ) -> Fits:
-    """Fits many campaigns. One that fails leaves its error in its place, and the others go on.
+    """Fits many campaigns. If one fails, the result holds its error, and the others continue.
 
-    The results are the same whatever executor does the work. A campaign that was read from a file crosses to a worker
-    as its path, which the worker has to see too; one in memory as its arrays.
+    The results do not depend on the executor. A campaign that was read from a file is passed to a worker
+    as its path, which the worker must be able to read; one in memory as its arrays.
 
     Args:
         campaigns: campaigns, or paths of such.
         executor: any `concurrent.futures.Executor`, or a Dask ``Client``; a plain loop when absent. One fit uses all
             cores: set ``RAYON_NUM_THREADS=1`` where workers share them.
         estimator: as for `fit`.
-        progress: as for `discover`; hears of every campaign when it is done, in whatever order.
+        progress: as for `discover`; called whenever a campaign is done, in any order.
 
     Raises:
-        UsageError: `executor` is neither, or `campaigns` is a single one.
+        UsageError: `executor` is neither, or `campaigns` is a single campaign.
     """
     listed = [_absolute(source, k) for k, source in enumerate(_several(campaigns))]
     work = partial(_fitted, estimator)
@@ -60,7 +60,7 @@ def _several(campaigns: Iterable[Source]) -> Iterable[Source]:
     if single or not isinstance(campaigns, Iterable):
         told = type(campaigns).__name__ if isinstance(campaigns, Campaign) else repr(campaigns)
         one = "; one campaign is fitted by fit()" if single else ""
-        raise UsageError(f"campaigns = {told}: a list of campaigns, or of paths of such, is expected{one}")
+        raise UsageError(f"campaigns = {told}: a list of campaigns or of their paths is expected{one}")
     return campaigns
 
 
@@ -111,19 +111,19 @@ def resample(
 ) -> Resampling:
     """Refits the baseline many times, to show how far estimates scatter.
 
-    A refit has a number and is the same whoever makes it: the results do not depend on `executor`.
+    Each refit has a number that determines its draw: the results do not depend on `executor`.
 
     Args:
         campaign: a campaign, or the path of one.
-        method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
+        method: ``bootstrap`` draws stretches of the training runs with replacement and assumes them independent
             of each other; by filter error each draw is one Gauss-Newton step under the noise of the fit.
-            ``monte_carlo`` fits data that the fitted model made, by filter error with its random force, and asks that
-            the model be right. ``runs`` draws whole runs with replacement, kind by kind: what goes together within a
-            run stays together, so that residuals may be correlated there.
+            ``monte_carlo`` fits data simulated with the fitted model (filter error: with its random force), and assumes
+            that the model is right. ``runs`` draws whole runs with replacement, kind by kind: correlations within a
+            run are preserved.
         draws: number of refits; 1000 when absent, 200 where each is a whole fit: with ``runs``, and of
             ``monte_carlo`` by filter error.
-        block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than residuals
-            remember. A handful of runs say little of their own spread.
+        block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than the
+            correlation of residuals. A handful of runs say little of their spread.
         seed: seed of the draws; that of the campaign when absent, 1 with ``runs``.
         estimator: as for `fit`: that of the campaign when absent, else the one that suits its runs.
         executor: as for `map_fit`; without one, refits are made in this process, on all cores.
@@ -208,7 +208,7 @@ def _of_runs(
     good = np.array([row for row in found if row is not None])
     if 2 * len(good) < draws:
         raise DataError(
-            f"{draws - len(good)} of {draws} draws determine no fit: more runs are needed, or shorter blocks"
+            f"{draws - len(good)} of {draws} draws do not determine a fit: more runs or shorter blocks are needed"
         )
     ends = np.quantile(good, [0.025, 0.975], axis=0).T.tolist()
     spread = zip(free, good.mean(axis=0).tolist(), good.std(axis=0, ddof=1).tolist(), ends, strict=True)

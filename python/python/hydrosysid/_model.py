@@ -14,15 +14,15 @@ from ._view import Rows, frame, text_table
 
 
 class Model:
-    """What a fit found, as a thing of its own: what `simulate`, `compare`, `monitor`, `plan` and `export` take.
+    """A fitted model: the input of `simulate`, `compare`, `monitor`, `plan` and `export`.
 
-    It is the content of a model file, the one that the command's ``--model`` reads and writes, and does not change.
+    It is the content of a model file, which the command's ``--model`` reads and writes, and is immutable.
 
     Args:
         text: the TOML of a model file.
 
     Raises:
-        UsageError: no model file.
+        UsageError: not a model file.
     """
 
     __slots__ = ("_table", "_text")
@@ -36,7 +36,7 @@ class Model:
         except tomllib.TOMLDecodeError as error:
             raise UsageError(f"a model file is expected: {error}") from None
         if "hydrosysid" not in table or "model" not in table:
-            raise UsageError("a model file is expected, which says by which version it was written and has [model]")
+            raise UsageError("a model file is expected, which has [model] and says which version wrote it")
         object.__setattr__(self, "_text", text)
         object.__setattr__(self, "_table", table)
 
@@ -45,7 +45,7 @@ class Model:
         """Reads a model file.
 
         Raises:
-            UsageError: it cannot be read, or is none.
+            UsageError: it cannot be read, or is not a model file.
         """
         try:
             return cls(Path(path).read_text(encoding="utf-8"))
@@ -57,11 +57,11 @@ class Model:
         return self._text
 
     def save(self, path: str | PathLike[str], *, force: bool = False) -> Path:
-        """Writes the model file, whole or not at all, and returns its path.
+        """Writes the model file atomically, and returns its path.
 
         Args:
             path: file to write.
-            force: replace a file that is there.
+            force: replace an existing file.
 
         Raises:
             UsageError: it exists, or cannot be written.
@@ -86,12 +86,12 @@ class Model:
 
     @property
     def envelope(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest value of each channel in the runs of the fit, SI; beyond them the model extrapolates."""
+        """Smallest and largest value of each channel in the runs of the fit, SI; beyond them the model extrapolates."""
         spans = self._table.get("envelope", {})
         return {name: (span[0], span[1]) for name, span in spans.items() if isinstance(span, list) and len(span) == 2}
 
     def rows(self) -> Rows:
-        """One row a parameter: effect, symbol, value, standard deviation, unit, and whether it was held."""
+        """One row per parameter: effect, symbol, value, standard deviation, unit, and whether it was fixed."""
         keys = ("effect", "name", "value", "std", "unit", "fixed")
         return [{key: entry.get(key) for key in keys} for entry in self._table.get("parameter", [])]
 

@@ -31,8 +31,8 @@ class Export(Result):
         format: 1.
         target: name of the target.
         version: versions of the target for which the file is meant.
-        lost: terms and coefficients of the model that the file does not hold.
-        warnings: what there is to say.
+        lost: terms and coefficients of the model that the file cannot represent.
+        warnings: warnings and notes.
         content: the file.
     """
 
@@ -51,12 +51,12 @@ class Export(Result):
         return self.content.decode()
 
     def rows(self) -> Rows:
-        """One row a term or coefficient that is lost."""
+        """One row per term or coefficient that is lost."""
         return [{"target": self.target, "lost": name} for name in self.lost]
 
 
 class _Apart(Result, ABC):
-    """Parameters beside others of the same name, and how far they are apart."""
+    """Parameters next to others of the same name, and their differences."""
 
     parameters: tuple[ParameterDifference, ...] | tuple[PublishedParameter, ...]
 
@@ -65,7 +65,7 @@ class _Apart(Result, ABC):
         """What of what, in words."""
 
     def rows(self) -> Rows:
-        """One row a parameter."""
+        """One row per parameter."""
         return [dict(vars(p)) for p in self.parameters]
 
     def _picture(self) -> str:
@@ -73,7 +73,7 @@ class _Apart(Result, ABC):
         return picture(lambda figure: self.plot(figure.add_subplot()), 5.2, 0.8 + 0.26 * known) if known else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Difference of each parameter in its standard deviations, with the band of 95 %.
+        """Difference of each parameter in units of its standard error, with the 95 % band.
 
         Args:
             ax: axes to draw into; new ones when absent.
@@ -87,7 +87,7 @@ class _Apart(Result, ABC):
 
 @dataclass(frozen=True)
 class ParameterDifference:
-    """One parameter of two models: `b` less `a`, its standard deviation, 95 % interval, z and probability."""
+    """One parameter of two models: `b` minus `a`, its standard error, 95 % interval, z and probability."""
 
     effect: str
     name: str
@@ -114,17 +114,17 @@ class Joint:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModelDifference(_Apart):
-    """Two models of a vehicle told apart.
+    """The comparison of two models of a vehicle.
 
     Attributes:
         format: 1.
         a: name of the first model.
         b: name of the second model.
-        parameters: those that both have.
-        only_a: parameters of the first alone.
-        only_b: parameters of the second alone.
+        parameters: those of both models.
+        only_a: parameters of the first only.
+        only_b: parameters of the second only.
         joint: all common parameters together.
-        warnings: what there is to say.
+        warnings: warnings and notes.
     """
 
     format: int
@@ -139,7 +139,7 @@ class ModelDifference(_Apart):
     title: ClassVar[str] = "Two models"
 
     def _difference(self) -> str:
-        return f"{self.b} less {self.a}"
+        return f"{self.b} minus {self.a}"
 
     def _verdict(self) -> tuple[str, str]:
         if self.joint is None:
@@ -154,7 +154,7 @@ class ModelDifference(_Apart):
 
 @dataclass(frozen=True)
 class PublishedParameter:
-    """A published parameter beside the own estimate, in the signs of this package."""
+    """A published parameter next to your own estimate, in the signs of this package."""
 
     effect: str
     name: str
@@ -171,17 +171,17 @@ class PublishedParameter:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PublishedComparison(_Apart):
-    """Published parameters held against the runs of a campaign and the own estimates.
+    """Published parameters compared with the runs of a campaign and your own estimates.
 
     Attributes:
         format: 1.
         source: where the published parameters come from.
-        runs: the published model against each run and degree of freedom.
-        own_runs: the own model against the same.
-        parameters: each parameter beside the own estimate.
-        warnings: what there is to say.
-        noise: noise with which the published model explains the runs best, and how it predicts.
-        own_noise: the same of the own model.
+        runs: errors of the published model on each run and degree of freedom.
+        own_runs: the same for your own model.
+        parameters: each parameter next to your own estimate.
+        warnings: warnings and notes.
+        noise: noise with which the published model explains the runs best, and its predictions.
+        own_noise: the same for your own model.
     """
 
     format: int
@@ -196,18 +196,18 @@ class PublishedComparison(_Apart):
     title: ClassVar[str] = "Published parameters"
 
     def _difference(self) -> str:
-        return "published less own"
+        return "published minus own"
 
     def _verdict(self) -> tuple[str, str]:
         told = [(p.p_value, f"{p.effect} {p.name}") for p in self.parameters if p.p_value is not None]
         errors = _errors_over(self.runs, self.own_runs)
         if not told:
-            return "", f"No published parameter has an estimate of its own to stand beside{errors}."
+            return "", f"No published parameter has an estimate to be compared with{errors}."
         # of several parameters the least p-value, by Bonferroni
         least, name = min(told)
         joint = min(1.0, len(told) * least)
         agree = joint >= 0.05
-        words = "agree with the own estimates" if agree else f"differ from the own estimates, most of all {name}"
+        words = "agree with your own estimates" if agree else f"differ from your own estimates, most of all {name}"
         return "green" if agree else "red", f"The published parameters {words} ({probability(joint)}){errors}."
 
     def _picture(self) -> str:
@@ -225,7 +225,7 @@ class PublishedComparison(_Apart):
         return picture(draw, 9.0, 1.0 + 0.26 * max(parameters, runs))
 
     def plot_errors(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Root mean square error of both models on each run over the noise floor, on a logarithmic scale.
+        """Root mean square error of both models on each run relative to the noise floor, on a logarithmic scale.
 
         Args:
             ax: axes to draw into; new ones when absent.
@@ -246,13 +246,13 @@ class PublishedComparison(_Apart):
 
 
 def _errors_over(published: tuple[Disagreement, ...], own: tuple[Disagreement, ...]) -> str:
-    """How much more the published model errs than the own one, in words: the median over runs that took no part."""
+    """How much more the published model errs than your own, in words: the median over held-out runs."""
     held_out = [(a, b) for a, b in zip(published, own, strict=True) if a.role == "validate"]
     pairs = held_out or list(zip(published, own, strict=True))
     ratios = [a.rms / b.rms for a, b in pairs if b.rms > 0.0]
     if not ratios:
         return ""
-    return f"; its errors are {median(ratios):.2g} × those of the own model{' on held-out runs' if held_out else ''}"
+    return f"; its errors are {median(ratios):.2g} × those of your own model{' on held-out runs' if held_out else ''}"
 
 
 @dataclass(frozen=True)
@@ -277,7 +277,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Shift:
-    """A lasting change: from `from_` seconds on innovations are `times_noise` times what they should be; their mean is
+    """A lasting change: from `from_` seconds on, innovations are `times_noise` times the expected size; their mean is
     `shift`."""
 
     run: str
@@ -292,14 +292,14 @@ class Reason:
     """A change that would explain the disagreement.
 
     Attributes:
-        id: term whose parameter has changed, or effect that has come.
+        id: term whose parameter has changed, or effect that has appeared.
         known: whether the term is in the model.
         parameter: symbol of its first parameter.
-        before: its value in the model; `None` for an effect that has come.
+        before: its value in the model; `None` for an effect that has appeared.
         after: its value after the change, to first order.
         unit: its unit.
         explained: share of the disagreement that it explains, 0 to 1.
-        meaning: what has happened most likely.
+        meaning: the most likely cause.
     """
 
     id: str
@@ -314,7 +314,7 @@ class Reason:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Monitored(Result):
-    """A model along new logs.
+    """A model monitored along new logs.
 
     Attributes:
         format: 1.
@@ -322,8 +322,8 @@ class Monitored(Result):
         changes: lasting changes.
         reasons: likely reasons, the best first.
         windows: all windows.
-        warnings: what there is to say.
-        noise: the noise that the model brings, and how it predicts these logs; `None` where it brings none.
+        warnings: warnings and notes.
+        noise: the noise of the model, and its predictions of these logs; `None` if the model has none.
     """
 
     format: int
@@ -337,7 +337,7 @@ class Monitored(Result):
     title: ClassVar[str] = "Model along a log"
 
     def rows(self) -> Rows:
-        """One row a window and degree of freedom."""
+        """One row per window and degree of freedom."""
         return [{("from" if key == "from_" else key): value for key, value in vars(w).items()} for w in self.windows]
 
     def _verdict(self) -> tuple[str, str]:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 class SimulatedRun:
     """One simulated run, SI units; `measured` is NaN where a sensor has no sample.
 
-    `std` is the deviation with which a sample is expected about the simulation, NaN at the start of a stretch; empty
-    where the model carries no noise.
+    `std` is the expected standard deviation of a sample about the simulation, NaN at the start of a stretch; empty
+    if the model has no noise.
     """
 
     run: str
@@ -43,12 +43,12 @@ class SimulatedRun:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation(Result):
-    """Simulated runs beside what was measured.
+    """Simulated runs next to the measurements.
 
     Attributes:
         format: 1.
         runs: the runs of free motion.
-        warnings: what there is to say.
+        warnings: warnings and notes.
     """
 
     format: int
@@ -65,7 +65,7 @@ class Simulation(Result):
         raise KeyError(f"no run {name!r}; there are {', '.join(run.run for run in self.runs)}")
 
     def rows(self) -> Rows:
-        """One row an instant and channel."""
+        """One row per instant and channel."""
         return [
             {"run": run.run, "t": t, "channel": channel, "simulated": s, "measured": m}
             for run in self.runs
@@ -88,11 +88,11 @@ class Simulation(Result):
         ]
 
     def summary(self) -> str:
-        """One line a run and channel."""
+        """One line per run and channel."""
         return "\n".join([text_table(self._brief_rows(), self.title), *self._remarks()])
 
     def to_latex(self) -> str:
-        """One line a run and channel."""
+        """One line per run and channel."""
         return latex_table(self._brief_rows())
 
     def series(self) -> Run:
@@ -100,22 +100,22 @@ class Simulation(Result):
         return side_by_side({run.run: (run.time, run.simulated, run.measured, run.std) for run in self.runs})
 
     def to_csv(self, path: str | PathLike[str], *, force: bool = False) -> None:
-        """Writes the series of all runs side by side, as the command's ``--series`` does: for PlotJuggler.
+        """Writes the series of all runs side by side, like the command's ``--series``, for PlotJuggler.
 
         Args:
-            path: file to write, whole or not at all.
-            force: replace a file that is there.
+            path: file to write, atomically.
+            force: replace an existing file.
         """
         self.series().to_csv(path, force=force)
 
     def to_mcap(self, path: str | PathLike[str], *, force: bool = False) -> None:
-        """Writes the series as MCAP, a topic a run and channel, for Foxglove and PlotJuggler.
+        """Writes the series as MCAP, one topic per run and channel, for Foxglove and PlotJuggler.
 
         It needs ``hydrosysid[mcap]``.
 
         Args:
-            path: file to write, whole or not at all.
-            force: replace a file that is there.
+            path: file to write, atomically.
+            force: replace an existing file.
         """
         write(path, mcap_of(self.series()), force)
 
@@ -130,17 +130,17 @@ class Simulation(Result):
     def plot(
         self, run: str | None = None, channel: str | None = None, *, ax: Axes | None = None, **style: Any
     ) -> NDArray[Any] | Axes:
-        """A run over time: measured, simulated, and the band of 95 % of the samples where the model carries noise.
+        """A run over time: measured, simulated, and the band of 95 % of the samples if the model has noise.
 
         Args:
             run: name of the run; the first when absent.
-            channel: name of the channel, ``u``; when absent all that are measured, a panel each in a figure of their
+            channel: name of the channel, ``u``; when absent all that are measured, one panel each in a figure of their
                 own, or the first of them in `ax`.
             ax: axes to draw one channel into; new ones when absent.
             style: passed on to the lines of the simulation.
 
         Returns:
-            The axes; of all channels an array of them, in the order of the panels.
+            The axes; for all channels an array of them, in the order of the panels.
 
         Raises:
             KeyError: no such run or channel.
@@ -158,7 +158,7 @@ class Simulation(Result):
             if held_out
             else f"{len(self.runs)} runs"
         )
-        return "", f"{runs}; fit {least:.3g} % or better, least in {channel} of {run}."
+        return "", f"{runs}; fit {least:.3g} % or better, lowest in {channel} of {run}."
 
     def _tables(self) -> list[str]:
         return [html_table(self._brief_rows())]
@@ -221,9 +221,9 @@ class Disagreement:
         noise_floor: standard deviation of the sensor's noise.
         fit_percent: 100 for a perfect simulation, 0 for one no better than the mean.
         unit: ``m/s`` or ``rad/s``.
-        pieces: number of stretches that were simulated, each from an initial state of its own: more than 1 at gaps and
+        pieces: number of stretches that were simulated, each from its own initial state: more than 1 at gaps and
             where the motion is unstable.
-        piece_length: length of the stretches into which unstable motion was cut, s; `None` where none was.
+        piece_length: length of the stretches into which unstable motion was cut, s; `None` if none was.
     """
 
     run: str
@@ -241,13 +241,13 @@ class Disagreement:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Result):
-    """A model held against runs.
+    """A model compared with runs.
 
     Attributes:
         format: 1.
-        runs: one entry a run and degree of freedom.
-        warnings: what there is to say.
-        noise: noise, and how the model predicts each run; `None` where no filter can follow the runs.
+        runs: one entry per run and degree of freedom.
+        warnings: warnings and notes.
+        noise: noise, and the model's predictions of each run; `None` if no filter can follow the runs.
         simulation: the runs themselves, measured and simulated.
     """
 
@@ -260,7 +260,7 @@ class Comparison(Result):
     title: ClassVar[str] = "Model against measurement"
 
     def rows(self) -> Rows:
-        """One row a run and degree of freedom."""
+        """One row per run and degree of freedom."""
         return [dict(vars(entry)) for entry in self.runs]
 
     @overload
@@ -274,21 +274,21 @@ class Comparison(Result):
     def plot(
         self, run: str | None = None, channel: str | None = None, *, ax: Axes | None = None, **style: Any
     ) -> NDArray[Any] | Axes:
-        """A run over time: measured, simulated, and the band of 95 % of the samples where the model carries noise.
+        """A run over time: measured, simulated, and the band of 95 % of the samples if the model has noise.
 
         Args:
-            run: name of the run; the first that took no part in the fit when absent, else the first.
-            channel: name of the channel, ``u``; when absent all that are measured, a panel each in a figure of their
+            run: name of the run; the first held-out run when absent, else the first.
+            channel: name of the channel, ``u``; when absent all that are measured, one panel each in a figure of their
                 own, or the first of them in `ax`.
             ax: axes to draw one channel into; new ones when absent.
             style: passed on to the lines of the simulation.
 
         Returns:
-            The axes; of all channels an array of them, in the order of the panels.
+            The axes; for all channels an array of them, in the order of the panels.
 
         Raises:
             KeyError: no such run or channel.
-            UsageError: a comparison that was put together by hand, without its simulation.
+            UsageError: a comparison that was assembled by hand, without its simulation.
         """
         shown = self._shown(run)
         return _drawn(shown, self._remarks_on(shown.run), channel, ax, style)
@@ -303,13 +303,13 @@ class Comparison(Result):
         worst = judged[int(np.argmax(ratios))]
         runs = "Held-out runs" if held_out else "Runs of the fit (none is held out)"
         return "", (
-            f"{runs}: the free simulation errs by {median(ratios):.2g} × the noise of the sensor (median), at most "
+            f"{runs}: the free simulation errs by {median(ratios):.2g} × the sensor noise (median), at most "
             f"{max(ratios):.2g} ×: {worst.run} in {worst.dof}."
         )
 
     def _shown(self, run: str | None) -> SimulatedRun:
         if self.simulation is None or not self.simulation.runs:
-            raise UsageError("this comparison holds no simulated run to draw")
+            raise UsageError("this comparison has no simulated run to plot")
         if run is not None:
             return self.simulation[run]
         free = [one for one in self.simulation.runs if one.role == "validate"]
@@ -327,7 +327,7 @@ class Comparison(Result):
         return _small_picture(shown, self._remarks_on(shown.run))
 
     def plot_errors(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Root mean square error of each run over the noise floor.
+        """Root mean square error of each run relative to the noise floor.
 
         Args:
             ax: axes to draw into; new ones when absent.

@@ -1,4 +1,4 @@
-"""What is random in the runs: the force that pushes the vehicle, sensor noise, and the errors of predictions."""
+"""The random parts of the runs: the force that pushes the vehicle, sensor noise, and prediction errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class RandomForce:
     Attributes:
         dof: degree of freedom in which it acts.
         rms: its standard deviation, in `unit`.
-        std: standard deviation of `rms`; 0 for a force that was held.
+        std: standard error of `rms`; 0 for a fixed force.
         unit: ``N`` or ``N*m``.
         correlation_time: correlation time, s.
         correlation_time_std: standard deviation of it, s.
@@ -37,11 +37,11 @@ class SensorNoise:
     Attributes:
         channel: the channel.
         std: standard deviation of the white part.
-        stated: as the campaign states it.
-        typical: what such a sensor usually has, from and to.
+        stated: the value stated in the campaign.
+        typical: typical range of such a sensor, from and to.
         correlation_time: correlation time of the coloured part, s; `None` for white noise.
         coloured_std: standard deviation of the coloured part.
-        restlessness: how much more windows of its innovations differ from white ones than chance makes them.
+        restlessness: how much more windows of its innovations differ from white ones than by chance.
     """
 
     channel: str
@@ -55,14 +55,14 @@ class SensorNoise:
 
 @dataclass(frozen=True)
 class Prediction:
-    """How predictions of a run err in one degree of freedom.
+    """Prediction errors of a run in one degree of freedom.
 
     Attributes:
         run: name of the run.
         dof: degree of freedom.
         ahead: seconds ahead; 0 for one sample, `None` for a free run.
         rms: root-mean-square error, in the unit of the channel.
-        expected: the error that sensor and random force let expect.
+        expected: the error expected from sensor noise and random force.
     """
 
     run: str
@@ -74,12 +74,12 @@ class Prediction:
 
 @dataclass(frozen=True)
 class HeldBack:
-    """Innovations that are held back, since there are outliers.
+    """Innovations that are down-weighted because of outliers.
 
     Attributes:
-        beyond: deviations beyond which they are.
-        share: share of the innovations that lies there.
-        by_chance: the share that does in Gaussian noise.
+        beyond: limit in standard deviations.
+        share: share of the innovations beyond it.
+        by_chance: the same share for Gaussian noise.
     """
 
     beyond: float
@@ -89,15 +89,15 @@ class HeldBack:
 
 @dataclass(frozen=True)
 class Noise:
-    """What is random in the runs.
+    """The random parts of the runs.
 
     Attributes:
         force: the random force in each degree of freedom in which there is one.
         sensors: the noise of each channel that the model predicts.
-        innovations_white: whether no channel's innovations are correlated beyond chance.
-        held_back: how the fit holds outliers back; `None` where every innovation counts as it is, or the noise is that
+        innovations_white: whether no channel has significantly correlated innovations.
+        held_back: how the fit down-weights outliers; `None` if every innovation counts fully, or the noise is that
             of a model file.
-        prediction: how predictions err, and how they should.
+        prediction: actual and expected prediction errors.
     """
 
     force: tuple[RandomForce, ...]

@@ -36,7 +36,7 @@ class LeastSquares(Result):
         rank: rank of H: p, since less is an error.
         covariance: (HᵀH)⁻¹ σ̂², (p, p).
         names: names of the columns.
-        system: H and y, which residuals are made of when they are first asked for.
+        system: H and y, from which residuals are computed on first access.
     """
 
     coefficients: Array
@@ -60,12 +60,12 @@ class LeastSquares(Result):
         freedom = len(y) - len(self.coefficients)
         expected, rounding = self.residual_std * np.sqrt(freedom), 1e-10 * np.linalg.norm(y)
         if not abs(np.linalg.norm(found) - expected) <= 1e-6 * expected + rounding:
-            raise UsageError("H or y was changed since they were fitted: residuals are those of other numbers")
+            raise UsageError("H or y was changed after the fit: the residuals would be wrong")
         return np.asarray(found)
 
     @property
     def _t_95(self) -> float:
-        """Half of a 95 % interval in standard errors, which few rows know but roughly."""
+        """Half-width of a 95 % interval in standard errors, wider for few rows."""
         # a copy has residuals and no system
         rows = len(self.system[1]) or len(self.residuals)
         return _native.student_quantile(0.975, rows - len(self.coefficients))
@@ -80,7 +80,7 @@ class LeastSquares(Result):
         return (_solved, (kept | {"residuals": self.residuals},))
 
     def rows(self) -> Rows:
-        """One row a coefficient, with its 95 % interval, by Student's t with n − p degrees of freedom."""
+        """One row per coefficient, with its 95 % interval, by Student's t with n − p degrees of freedom."""
         columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
         return [
             {
@@ -95,7 +95,7 @@ class LeastSquares(Result):
         ]
 
     def summary(self) -> str:
-        """The coefficients with 95 % intervals, in the shape of statsmodels' summaries."""
+        """The coefficients with 95 % intervals, in the layout of statsmodels' summaries."""
         foot = (
             f"rows {len(self.residuals)}, rank {self.rank}, residual std {self.residual_std:.4g}, "
             f"R² {self.r_squared:.4g}, cond(HᵀH) {self.condition_number:.4g}, "
@@ -104,7 +104,7 @@ class LeastSquares(Result):
         return super().summary() + "\n" + foot
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Half of the 95 % interval as a share of each coefficient: which are known, and which are not.
+        """Half-width of the 95 % interval relative to each coefficient: which are known, and which are not.
 
         Args:
             ax: axes to draw into; new ones when absent.
@@ -121,7 +121,7 @@ def _solved(kept: dict[str, Any]) -> LeastSquares:
 
 
 def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None) -> LeastSquares:
-    """Solves H θ = y by Householder QR; HᵀH is never formed. Arrays of doubles are read where they lie, in any order.
+    """Solves H θ = y by Householder QR; HᵀH is never formed. Arrays of doubles are read in place, in any order.
 
     Args:
         H: columns of regressors, (n, p).
@@ -129,7 +129,7 @@ def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None
         names: names of the columns, for messages and tables; ``column 0``, … when absent.
 
     Raises:
-        DataError: not more rows than columns, columns that depend on each other, values that are not finite.
+        DataError: too few rows, linearly dependent columns, values that are not finite.
         UsageError: shapes that do not fit.
 
     >>> fit = least_squares([[1, 0], [1, 1], [1, 2], [1, 3], [1, 4]], [1, 3, 2, 5, 4])
@@ -141,7 +141,7 @@ def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None
     if len(called) != h.shape[1]:
         raise UsageError(f"{len(called)} names for the {h.shape[1]} columns of H")
     if h.shape[0] != len(right):
-        raise UsageError(f"H has {h.shape[0]} rows, y has {len(right)}")
+        raise UsageError(f"H has {h.shape[0]} rows, but y has {len(right)}")
     if h.shape[1] == 0:
         raise UsageError("H has no column: nothing to estimate")
     try:
@@ -167,14 +167,14 @@ def rk4(f: Callable[[float, Array], ArrayLike], t: ArrayLike, y0: ArrayLike, sub
         y at the instants, (n, p); whatever `f` raises passes through.
 
     Raises:
-        DataError: the solution left the finite numbers.
+        DataError: the solution is not finite.
 
     >>> y = rk4(lambda t, y: -y, [0.0, 0.5, 1.0], [1.0], substeps=20)
     >>> bool(abs(y[-1, 0] - np.exp(-1.0)) < 1e-7)
     True
     """
     if substeps < 1:
-        raise UsageError(f"substeps = {substeps}: at least one step from instant to instant is needed")
+        raise UsageError(f"substeps = {substeps}: at least one step per interval is needed")
 
     def rate(at: float, y: Array) -> Array:
         return np.ascontiguousarray(f(at, y), dtype=np.float64)
@@ -199,10 +199,10 @@ def polynomial_filter(
         samples: width of the window as an odd number of samples, or
         seconds: as a time.
         degree: degree of the polynomial.
-        gaps: time stamps at which a gap ends; no window reaches over one.
+        gaps: time stamps at which a gap ends; no window spans a gap.
 
     Returns:
-        The filtered values and their first derivative by time.
+        The filtered values and their first time derivative.
 
     >>> t = np.linspace(0.0, 1.0, 11)
     >>> x, rate = polynomial_filter(t, t**2, samples=5)

@@ -87,20 +87,20 @@ class Symbol(np.lib.mixins.NDArrayOperatorsMixin):
 
     def __bool__(self) -> bool:
         raise UntraceableError(
-            "the function decides by a value (if, and, or, max): write it with comparisons, minimum and maximum"
+            "the function branches on a value (if, and, or, max): write it with comparisons, minimum and maximum"
         )
 
     def __float__(self) -> float:
-        raise UntraceableError("the function asks for a number (float, math): use numpy's functions")
+        raise UntraceableError("the function converts to a number (float, math): use numpy's functions")
 
     __int__ = __float__
     __index__ = __float__
 
     def __iter__(self) -> Any:
-        raise UntraceableError("the function goes through the samples: write it for whole arrays")
+        raise UntraceableError("the function iterates over the samples: write it for whole arrays")
 
     def __array__(self, *_: Any, **__: Any) -> NDArray[Any]:
-        raise UntraceableError("the function makes an array of a channel: use operators and numpy's ufuncs")
+        raise UntraceableError("the function makes an array from a channel: use operators and numpy's ufuncs")
 
     def __repr__(self) -> str:
         return f"<Symbol {self._text}>"
@@ -111,18 +111,18 @@ class UntraceableError(TypeError):
 
 
 class OwnEffect:
-    """An effect of your own: a force or moment in proportion to a formula, with one parameter.
+    """An effect of your own: a force or moment proportional to a formula, with one parameter.
 
-    A function is read into a formula once, by calling it with symbols: its arguments are named as the states, forces
-    and channels they stand for, and it may use operators and NumPy's functions. What cannot be read so (``if``,
+    A function is converted to a formula once by calling it with symbols: its arguments have the names of states, forces
+    and channels, and it may use operators and NumPy's functions. What cannot be converted (``if``,
     loops, look-up tables) is evaluated beforehand on each run, where all its arguments are logged.
 
     Args:
         id: a name, unlike those of the catalogue.
-        dof: degree of freedom in whose balance it stands.
-        formula: a formula, or a function of arrays that is read into one.
+        dof: degree of freedom in whose balance it acts.
+        formula: a formula, or a function of arrays that is converted to one.
         unit: unit of the parameter that multiplies it, such as ``kg/m``.
-        role: ``candidate`` is tried by `discover`, ``baseline`` stands in the model from the start.
+        role: ``candidate`` is tried by `discover`, ``baseline`` is in the model from the start.
 
     Raises:
         UsageError: a function whose arguments have no names.
@@ -148,7 +148,7 @@ class OwnEffect:
         self.id, self.dof, self.unit, self.role = id, dof, unit, role
         self.function = None if isinstance(formula, str) else formula
         self.formula: str | None
-        """The formula; `None` where the function cannot be read into one."""
+        """The formula; `None` if the function cannot be converted to one."""
         self._why = ""
         if isinstance(formula, str):
             self.formula = formula
@@ -175,22 +175,22 @@ class OwnEffect:
         return {"id": self.id, "dof": self.dof, "formula": formula, "unit": self.unit, "role": self.role}
 
     def evaluated_on(self, run: Run, *, held: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Time stamps of the first argument's channel, and what the function says there.
+        """Time stamps of the first argument's channel, and the values of the function there.
 
         Args:
             run: a run that logs all arguments.
-            held: commands keep their value until the next sample, as with ``input = "hold"``; else they lie on straight
-                lines between samples, as all other channels do.
+            held: commands keep their value until the next sample, as with ``input = "hold"``; else interpolated
+                linearly between samples, like all other channels.
 
         Raises:
-            UsageError: the function does not give one value a sample.
+            UsageError: the function does not return one value per sample.
         """
         time = run[self.arguments[0]][0]
         read = [read_at(time, name, *run[name], held=held) for name in self.arguments]
         assert self.function is not None
         values = np.asarray(self.function(*read), dtype=np.float64)
         if values.shape != time.shape:
-            raise UsageError(f"effect {self.id!r}: the function gave {values.shape} for {time.shape} samples")
+            raise UsageError(f"effect {self.id!r}: the function returned {values.shape} for {time.shape} samples")
         return time, values
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""The verb `view`: a page to work with in the browser, served by the command."""
+"""The verb `view`: a page in the browser, served by the command."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ._errors import UsageError
 
 
 class View:
-    """A page that is served to this machine alone, until `stop()` or the end of the program.
+    """A page that is served only to this machine, until `stop()` or the end of the program.
 
     Attributes:
-        address: address of the page, with the token that lets in whoever has it.
+        address: address of the page, with the access token.
     """
 
     def __init__(self, server: subprocess.Popen[str], address: str) -> None:
@@ -31,7 +31,7 @@ class View:
         return self._server.poll() is None
 
     def stop(self) -> None:
-        """Ends the page; the campaign has every change already."""
+        """Stops serving the page; the campaign file already has every change."""
         if self.is_served:
             self._server.terminate()
         self._server.wait(timeout=30)
@@ -56,12 +56,12 @@ class View:
 def view(campaign: str | PathLike[str], *, port: int = 0, browser: bool = True) -> View:
     """Serves a page to work on a campaign: logs, columns, stretches, effects, discovery, report.
 
-    Every change is written into the campaign file, comments kept. The page is served beside this program, until
+    Every change is written into the campaign file, comments are kept. The page is served alongside this program, until
     `View.stop` is called, a ``with`` block ends, or the program does.
 
     Args:
         campaign: campaign file, or a folder for one.
-        port: port of 127.0.0.1; any that is free when 0.
+        port: port of 127.0.0.1; any free one when 0.
         browser: open the page in the browser.
 
     Raises:

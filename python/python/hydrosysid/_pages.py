@@ -33,7 +33,7 @@ def export(
     acting: bool = False,
     target_version: str | None = None,
 ) -> Export:
-    """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
+    """Exports a model to a file for another tool; `Export.lost` names what the file cannot represent.
 
     Args:
         source: a fit, a model, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a
@@ -42,18 +42,18 @@ def export(
             ``python-vehicle-simulator``, ``fossen-python``, ``fossen-matlab``, ``c-header``, ``linear-json``,
             ``linear-python``, ``linear-mat``, ``kalman`` (JSON), ``kalman-toml``, ``kalman-python``, ``kalman-mat``,
             ``ardusub``, ``latex`` or ``csv``.
-        path: file to write; the content is in the result alone when absent.
-        link: name of the link that the forces act on.
+        path: file to write; the content is only in the result when absent.
+        link: name of the link on which the forces act.
         mass: dry mass, kg; that of the vehicle when absent.
         inertia: dry moments of inertia in roll, pitch and yaw, kg·m².
         at: operating point of a linear model: states and forces by name.
-        acting: forces in the target are those that act: losses of thrust (``[efficiency]``) are counted by what makes
-            them. Without it a target that has no place for the losses is refused.
-        target_version: version of the simulator that is to read the file, ``"8"`` or ``"7.2"``.
+        acting: forces in the target are effective ones: losses of thrust (``[efficiency]``) are applied by the program
+            that computes them. Without it, a target that cannot represent the losses is refused.
+        target_version: version of the simulator that will read the file, ``"8"`` or ``"7.2"``.
 
     Raises:
-        UsageError: an unknown target, something that the target needs and the model does not say, losses of thrust that
-            it cannot hold, or a version that would not read the file.
+        UsageError: an unknown target, something that the target needs but the model lacks, losses of thrust that
+            it cannot represent, or a version that cannot read the file.
     """
     is_file = not isinstance(source, Fit | Model)
     text = fspath(cast("str", source)) if is_file else text_of(source)
@@ -77,10 +77,10 @@ def report(
 
     Args:
         campaign: a campaign, or the path of one.
-        output: page to write, whole or not at all.
-        discovery: search for what is missing, too.
-        params: published parameters to show beside the estimates, as for `compare_published`.
-        force: replace a file that is there.
+        output: page to write, atomically.
+        discovery: also search for missing effects.
+        params: published parameters to show next to the estimates, as for `compare_published`.
+        force: replace an existing file.
         progress: as for `discover`.
     """
     place = may_write(output, force)
@@ -95,13 +95,13 @@ def report(
 
 
 def tank_campaign(folder: str | PathLike[str], *, seed: int = 1, noise: float = 1.0, force: bool = False) -> Campaign:
-    """Writes the paper's campaign, sailed in the virtual tank, into a folder, and reads it.
+    """Writes the paper's campaign, simulated in the virtual tank, into a folder, and reads it.
 
     Args:
         folder: where ``campaign.toml`` and its logs are written; made when absent.
         seed: seed of everything random.
-        noise: noise of the sensors in units of the paper's; 0 for perfect ones.
-        force: replace a campaign that is there.
+        noise: sensor noise as a multiple of the paper's; 0 for perfect sensors.
+        force: replace an existing campaign.
 
     Raises:
         UsageError: the folder holds a campaign already, or cannot be written.
@@ -119,12 +119,12 @@ def demo(
     hide: str = "coriolis_yaw",
     progress: Progress = None,
 ) -> dict[str, Any]:
-    """The whole procedure on the virtual tank, and an effect that was hidden found again; takes a minute.
+    """Runs the whole procedure on the virtual tank, and discovers a hidden effect; takes a minute.
 
     Args:
-        folder: where campaigns, model, report and numbers are written; an earlier demo's is replaced, nobody else's.
+        folder: folder for campaigns, model, report and numbers; only that of an earlier demo is replaced.
         seed: seed of the tank.
-        noise: noise of the sensors in units of the ordinary one.
+        noise: sensor noise as a multiple of the default.
         hide: effect that the second campaign hides, an id of `effects`.
         progress: as for `discover`.
 
@@ -132,13 +132,13 @@ def demo(
         The numbers, as ``demo.json`` holds them.
 
     Raises:
-        DataError, UsageError: the reason stands on standard error.
+        DataError, UsageError: the reason is on standard error.
     """
     words = ["demo", "--quiet", "--force", "--folder", fspath(folder), "--seed", str(seed), "--noise", str(noise)]
     with listener(progress) as tell:
         code = _native.watched_command(["hydrosysid", *words, "--hide", hide], tell)
     if code != 0:
         kind = DataError if code == 1 else UsageError
-        raise kind("the demo was not made: the reason stands on standard error")
+        raise kind("the demo failed: the reason is on standard error")
     numbers: dict[str, Any] = json.loads((Path(folder) / "demo.json").read_text(encoding="utf-8"))
     return numbers

@@ -1,4 +1,4 @@
-"""A run over time: what was measured, what is simulated and the band about it, a panel a channel."""
+"""A run over time: what was measured, what is simulated and the band about it, one panel per channel."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def draw_run(
     figure: Figure | None = None,
     most: int | None = None,
 ) -> NDArray[Any]:
-    """All channels of a run, a panel each, under one title; returns the axes, one a channel, in order.
+    """All channels of a run, one panel each, under one title; returns the axes, one a channel, in order.
 
     Args:
         run: the run.
@@ -83,7 +83,7 @@ def draw_run(
     """
     names = channels_of(run)[:most]
     if not names:
-        raise UsageError(f"{run.run} has no channel to draw")
+        raise UsageError(f"{run.run} has no channel to plot")
     columns = 1 if len(names) <= 4 else 2
     lines = -(-len(names) // columns)
     whole = new_figure(4.6 * columns + 1.6, 1.4 * lines + 1.2) if figure is None else figure

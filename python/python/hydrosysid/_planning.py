@@ -42,11 +42,11 @@ class PlannedRun:
         name: name.
         kind: kind of experiment.
         length: length, s.
-        pushes: who pushes where.
-        greatest: greatest speed that the model foresees, by channel, m/s and rad/s.
-        reach: greatest horizontal distance from the start, m.
-        worst: greatest deviation over the wanted one once this run and those before it are sailed; NaN while a wanted
-            parameter is not shown.
+        pushes: force law of each degree of freedom.
+        greatest: highest predicted speed, by channel, m/s and rad/s.
+        reach: largest horizontal distance from the start, m.
+        worst: largest ratio of standard error to the requested one up to and including this run; NaN while a requested
+            parameter is not identified.
     """
 
     name: str
@@ -60,7 +60,7 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class PlannedParameter:
-    """What a plan gives for one parameter, SI.
+    """The predicted accuracy of one parameter, SI.
 
     Attributes:
         effect: id of the effect.
@@ -68,9 +68,9 @@ class PlannedParameter:
         name: symbol.
         value: value in the model.
         unit: unit.
-        std_now: deviation in the model.
-        wanted: wanted deviation.
-        std: deviation that the plan gives; `None` when it does not show the parameter apart from others.
+        std_now: standard error in the model.
+        wanted: requested standard error.
+        std: predicted standard error; `None` if the plan cannot separate the parameter from others.
         other: the other degree of freedom of a coupling.
         rehearsed: root mean square of estimate − truth in the rehearsal.
     """
@@ -99,15 +99,15 @@ class Plan(Result):
 
     Attributes:
         format: 1.
-        sentence: what the plan comes to, in words.
+        sentence: the conclusion in words.
         runs: the runs, the most valuable first.
-        parameters: what they will give together.
-        covariance: predicted covariance in the order of `parameters`; `None` when the runs do not show all of them.
-        limits: limits of thrust that the plan keeps, N and N·m.
-        sensors: noise (SI) and rate (Hz) that it counts on, by channel.
-        candidates: number of candidates that were judged.
-        rehearsal: what simulated campaigns gave, where they were asked for.
-        warnings: what there is to say.
+        parameters: the accuracy that they give together.
+        covariance: predicted covariance in the order of `parameters`; `None` if the runs do not identify all of them.
+        limits: limits of thrust of the plan, N and N·m.
+        sensors: assumed noise (SI) and rate (Hz), by channel.
+        candidates: number of evaluated candidates.
+        rehearsal: result of simulated campaigns, if requested.
+        warnings: warnings and notes.
         commands: the command history of each run, as runs.
     """
 
@@ -126,7 +126,7 @@ class Plan(Result):
     title: ClassVar[str] = "Plan"
 
     def rows(self) -> Rows:
-        """One row a parameter."""
+        """One row per parameter."""
         return [
             {
                 "effect": p.term,
@@ -142,7 +142,7 @@ class Plan(Result):
         ]
 
     def run_rows(self) -> Rows:
-        """One row a run."""
+        """One row per run."""
         return [
             {"run": r.name, "kind": r.kind, "s": r.length, "m away": r.reach, "worst std/wanted": r.worst}
             for r in self.runs
@@ -156,25 +156,25 @@ class Plan(Result):
         raise KeyError(f"no run {name!r}; there are {', '.join(run.name for run in self.commands)}")
 
     def summary(self) -> str:
-        """Runs, then what they give."""
+        """Runs, then the accuracy that they give."""
         return "\n".join([text_table(self.run_rows(), "Runs"), super().summary()])
 
     def _verdict(self) -> tuple[str, str]:
         return "", self.sentence
 
     def _tables(self) -> list[str]:
-        return [html_table(self.run_rows(), "Runs"), html_table(self.rows(), "What they give")]
+        return [html_table(self.run_rows(), "Runs"), html_table(self.rows(), "Accuracy that they give")]
 
     def _picture(self) -> str:
         known = sum(p.std is not None and bool(p.wanted) for p in self.parameters)
         return picture(lambda figure: self.plot(figure.add_subplot()), 5.0, 0.8 + 0.28 * known) if known else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Planned over wanted deviation of each parameter.
+        """Ratio of planned to requested standard error of each parameter.
 
         Args:
             ax: axes to draw into; new ones when absent.
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         told = [(p.term, p.std / p.wanted) for p in self.parameters if p.std is not None and p.wanted]
-        return bars(ax, told, 1.0, "planned over wanted deviation", style)
+        return bars(ax, told, 1.0, "planned over requested standard error", style)

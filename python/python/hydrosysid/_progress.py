@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from typing import Any
 
 Listener = Callable[[str, int, int], object]
-"""Is called as ``progress(what, done, of)``: what begins, how many parts of it are done, and of how many; 0 parts where
-nobody can know. What it raises ends the work, and passes through."""
+"""Called as ``progress(what, done, of)``: the task, how many parts of it are done, and of how many; 0 parts if
+unknown. An exception in it ends the work, and propagates."""
 Progress = Listener | bool | None
 
 

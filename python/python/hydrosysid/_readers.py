@@ -24,13 +24,13 @@ class Readers:
 
     All of them take the same keywords:
 
-    * ``columns``: canonical name = where it stands: ``STREAM:FIELD`` (``FIELD`` in a plain table), or a table with
+    * ``columns``: canonical name = its source: ``STREAM:FIELD`` (``FIELD`` in a plain table), or a table with
       ``name``, ``unit``, ``scale``, ``sign``, ``frame`` (``frd``, ``flu``, ``ned``, ``enu``), ``valid`` (a field; where
       it is 0 there is no sample) and ``time``. Of a quaternion ``q`` the angles are ``q.roll``, ``q.pitch``, ``q.yaw``.
-      ``u``, ``v``, ``w`` with ``frame = "ned"`` or ``"enu"`` are turned to body axes by ``phi``, ``theta``, ``psi``.
+      ``u``, ``v``, ``w`` with ``frame = "ned"`` or ``"enu"`` are rotated to body axes by ``phi``, ``theta``, ``psi``.
     * ``body_frame``, ``earth_frame``: axes of all channels that name none.
     * ``missing = "no_sample"``, ``duplicates = "first"``, ``sort = True``, ``time_unit``, ``clock = "log"``.
-    * ``msg``: ``.msg`` files, or folders of such, with ROS types whose definitions a log does not hold.
+    * ``msg``: ``.msg`` files, or folders of them, with ROS types whose definitions a log does not contain.
     * ``map``: a TOML file with these options, as for ``hydrosysid convert --map``.
     * ``name``, ``kind``, ``role``, ``gaps`` of the run.
     """
@@ -180,7 +180,7 @@ class Readers:
 
     @classmethod
     def from_numpy(cls, arrays: Any, *, columns: Columns | None = None, **options: Any) -> Run:
-        """A run from a mapping of arrays, a structured array, or an ``.npz`` or ``.npy`` file of such.
+        """A run from a mapping of arrays, a structured array, or an ``.npz`` or ``.npy`` file of these.
 
         >>> import hydrosysid as hs
         >>> t = np.array([0, 100, 200])

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scatter:
-    """How far the refits of one parameter scatter, SI units.
+    """The scatter of the refits of one parameter, SI units.
 
     Attributes:
         term: ``id``, ``id@dof`` or ``id@dof:other``.
         name: symbol.
-        value: the estimate that the draws start from.
-        mean: mean of the draws; what it is off `value` is bias.
+        value: the original estimate.
+        mean: mean of the draws; its difference from `value` is the bias.
         std: standard deviation of the draws.
-        interval: 2.5 and 97.5 per cent of the draws lie below.
+        interval: 2.5 and 97.5 percentiles of the draws.
         unit: unit.
         run: the run whose value it is; `None` for a common one.
     """
@@ -57,12 +57,12 @@ class Resampling(Result):
     Attributes:
         format: 1.
         method: ``bootstrap``, ``monte_carlo`` or ``runs``.
-        draws: refits that took part.
-        failed: refits without a solution, left out.
+        draws: number of successful refits.
+        failed: number of refits without a solution, left out.
         seed: seed of the draws.
         parameters: scatter of each free parameter.
         block: length of the stretches that ``runs`` drew, s; `None` for whole runs.
-        warnings: what there is to say.
+        warnings: warnings and notes.
         samples: estimates of each refit in the order of `parameters`, (draws, p).
     """
 
@@ -79,7 +79,7 @@ class Resampling(Result):
     samples: NDArray[np.float64] | None = field(default=None, metadata={"own": True})
 
     def rows(self) -> Rows:
-        """One row a parameter."""
+        """One row per parameter."""
         return [
             {
                 "term": p.term,
@@ -105,7 +105,7 @@ class Resampling(Result):
         return f"{self.draws} draws of {drawn}, {self.failed} failed, seed {self.seed}"
 
     def plot(self, parameter: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
-        """Estimates with 95 % of the draws, relative to the estimate; of one parameter the histogram of its draws.
+        """Estimates with 95 % of the draws, relative to the estimate; for one parameter, the histogram of its draws.
 
         Args:
             parameter: its term ``id@dof`` or symbol; all parameters when absent.
@@ -125,7 +125,7 @@ class Resampling(Result):
         ax.axvline(1.0, color="0.3", linewidth=0.8)
         ax.set_yticks(place, [_called(p) for p in shown])
         ax.set_ylim(-0.6, len(shown) - 0.4)
-        ax.set_xlabel("mean and 95 % of the draws, over the estimate")
+        ax.set_xlabel("mean and 95 % of the draws, relative to the estimate")
         return ax
 
     def _verdict(self) -> tuple[str, str]:
@@ -138,7 +138,7 @@ class Resampling(Result):
         bias = abs(biased.mean - biased.value) / biased.std
         words = (
             f"{_called(widest)} scatters most: 95 % of its draws lie {ends[0]:+.2g} to {ends[1]:+.2g} % from the "
-            f"estimate. The greatest bias is {bias:.2g} standard deviations, of {_called(biased)}."
+            f"estimate. The largest bias is {bias:.2g} standard deviations, of {_called(biased)}."
         )
         failed = self.failed / (self.draws + self.failed)
         return (
@@ -159,7 +159,7 @@ class Resampling(Result):
         if not named:
             raise KeyError(f"no parameter {parameter!r}; there are {', '.join(p.term for p in self.parameters)}")
         if self.samples is None:
-            raise UsageError("these refits came without their single draws: there is no histogram")
+            raise UsageError("these refits do not contain the single draws: no histogram can be drawn")
         p = self.parameters[named[0]]
         ax.hist(self.samples[:, named[0]], **({"bins": "auto", "color": "0.75"} | style))
         ax.axvline(p.value, color="C0", label="estimate")
@@ -178,7 +178,7 @@ def block_bootstrap(
     seed: int = 1,
     progress: Progress = None,
 ) -> NDArray[np.float64]:
-    """Least-squares solutions of H θ = y on blocks of rows that are drawn with replacement, on all cores.
+    """Least-squares solutions of H θ = y on blocks of rows drawn with replacement, on all cores.
 
     Args:
         H: columns of regressors, (n, p).
@@ -192,7 +192,7 @@ def block_bootstrap(
         θ of each refit, (draws, p); refits without a solution are left out.
 
     Raises:
-        DataError: as `least_squares`, and fewer than two blocks.
+        DataError: as for `least_squares`, and fewer than two blocks.
 
     >>> x = np.linspace(0.0, 1.0, 200)
     >>> y = 2.0 * x + np.random.default_rng(1).normal(0.0, 0.1, 200)
@@ -201,7 +201,7 @@ def block_bootstrap(
     True
     """
     if block < 1 or draws < 1:
-        raise UsageError(f"block = {block}, draws = {draws}: both are at least 1")
+        raise UsageError(f"block = {block}, draws = {draws}: both must be at least 1")
     h, right = array(H, "H", 2), array(y, "y")
     if h.shape[0] != len(right):
         raise UsageError(f"H has {h.shape[0]} rows, y has {len(right)}")

@@ -1,4 +1,4 @@
-"""What all results can do."""
+"""The common base of all results."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Result(ABC):
 
     @abstractmethod
     def rows(self) -> Rows:
-        """The main table, one dictionary a row."""
+        """The main table, one dictionary per row."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data with the keys of the command's ``--json``; what is not a number is `None`."""
+        """Plain data with the keys of the command's ``--json``; NaN becomes `None`."""
         data: dict[str, Any] = plain(self)
         return data
 

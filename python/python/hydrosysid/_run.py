@@ -1,4 +1,4 @@
-"""A run: what the sensors of one experiment said, each at its own instants."""
+"""A run: the measurements of one experiment, each sensor with its own time stamps."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Run(Readers):
 
     Args:
         data: channels by name; keywords add to it.
-        t: time stamps, s, of all channels that have none of their own; or dates (datetime64), of which the first
+        t: time stamps, s, of all channels without their own; or dates (datetime64), of which the first
             becomes 0, or durations (timedelta64).
         name: name shown to people.
         kind: ``bollard``, ``towing``, ``constant_velocity``, ``oscillatory``, ``zigzag`` or ``free``.
@@ -44,11 +44,11 @@ class Run(Readers):
             instant.
         units: units of commands that are not in V: ``{"V1": "us"}``, or ``"1"``; a pulse in us becomes a command by the
             thruster's ``neutral`` and ``span``.
-        channels: values, one a time stamp, or a pair (time stamps, values).
+        channels: values, one per time stamp, or a pair (time stamps, values).
 
     Raises:
         DataError: time that does not increase, values that are not finite.
-        UsageError: shapes or words that do not fit.
+        UsageError: invalid shapes or words.
 
     >>> run = Run(t=[0.0, 0.1, 0.2], u=[0.0, 0.1, 0.15], tau_u=([0.0, 0.2], [5.0, 5.0]))
     >>> run.channels
@@ -162,18 +162,18 @@ class Run(Readers):
         """A run from a data frame of pandas or polars, an Arrow table or an xarray dataset.
 
         Args:
-            frame: a column a channel, ``t`` among them, SI or with the unit in brackets, ``u [kn]``; nullable columns,
-                and columns that carry units themselves (pint-pandas), are understood.
+            frame: one column per channel, ``t`` among them, SI or with the unit in brackets, ``u [kn]``; nullable
+                columns, and columns that carry units themselves (pint-pandas), are understood.
             columns: canonical name = name in the frame, or a table of name, unit, sign and frame, as for `Readers`;
                 only these are taken. All columns when absent.
-            guess: find out from names, units and values which column is which channel, as `init` does; every guess at
+            guess: infer from names, units and values which column is which channel, as `init` does; every guess about
                 how they are read is one of the run's `findings`. What is given as options is not guessed.
             options: ``name``, ``kind``, ``role``, ``gaps`` and ``units`` as for `Run`, and reading options as for
                 `Readers`; with `guess` those of ``[log]`` in a campaign.
 
         Raises:
-            DataError: values that are missing, time that does not increase, nothing that can be placed.
-            UsageError: no such column; the message lists those that are there.
+            DataError: missing values, time that does not increase, no column that can be recognised.
+            UsageError: no such column; the message lists the existing ones.
         """
         from ._frames import run_of_frame
 
@@ -197,7 +197,7 @@ class Run(Readers):
             name: name shown to people; that of the file when absent.
             kind: as for `Run`.
             role: as for `Run`.
-            required: columns that must be there.
+            required: columns that must be present.
             log: the reading options of ``[log]`` in a campaign: ``delimiter``, ``columns``, ``missing``, …
 
         Raises:
@@ -219,7 +219,7 @@ class Run(Readers):
         return self.signals[channel]
 
     def with_channels(self, channels: Mapping[str, tuple[Any, Any]]) -> Run:
-        """The same run with further channels, each a pair (time stamps, values); one of the same name is replaced."""
+        """The same run with further channels, each a pair (time stamps, values); one with the same name is replaced."""
         for channel, values in channels.items():
             if _is_pair(values) and is_dated(values[0]):
                 seconds(values[0], f"{channel} (its time)")
@@ -251,8 +251,8 @@ class Run(Readers):
         have their own rates.
 
         Args:
-            path: file to write, whole or not at all.
-            force: replace a file that is there.
+            path: file to write, atomically.
+            force: replace an existing file.
         """
         write(path, _native.csv_of(self._native(), None), force)
 
@@ -325,7 +325,7 @@ def _origin(stamps: list[Any], label: str) -> np.datetime64 | None:
     if not dated:
         return None
     if len(dated) < len([values for values in given if values.size]):
-        raise UsageError(f"{label}: some time stamps are dates and some are not: give one kind")
+        raise UsageError(f"{label}: some time stamps are dates and some are not: give only one kind")
     return np.datetime64(min(np.min(values[~np.isnat(values)], initial=values.flat[0]) for values in dated))
 
 

@@ -31,10 +31,10 @@ def init(
     msg: Iterable[str | PathLike[str]] = (),
     **log: Any,
 ) -> str:
-    """The text of a commented campaign from logs as they come off a vehicle; every guess is a comment ``# guessed:``.
+    """The text of a commented campaign for logs as they come off a vehicle; every guess is a comment ``# guessed:``.
 
     Args:
-        logs: CSV, and with `output` any other format that `convert` reads; several of one dive are put together.
+        logs: CSV, and with `output` any other format that `convert` reads; several logs of one dive are merged.
         output: folder, or campaign file (``.toml``), to write. Logs outside the folder are copied into it, those of
             other formats as CSV.
         vehicle: one that comes with the program (`vehicles`), or a vehicle file.
@@ -44,13 +44,13 @@ def init(
         weight: weight in air, N.
         buoyancy: buoyancy, N.
         length: characteristic length, m.
-        force: replace a campaign that is there.
-        msg: definitions of ROS messages that bags do not hold: ``.msg`` files, or folders of such.
+        force: replace an existing campaign.
+        msg: definitions of ROS messages that bags do not contain: ``.msg`` files, or folders of them.
         log: reading options of ``[log]``; they win over guesses. ``columns`` of other formats name a field as
             ``STREAM:FIELD``.
 
     Raises:
-        UsageError: no such vehicle or log, a log of another format without `output`, or a campaign that is there.
+        UsageError: no such vehicle or log, a log of another format without `output`, or an existing campaign.
     """
     figures = (mass, volume, weight, buoyancy, length)
     return scaffold(logs, output, (name, figures, vehicle), log, msg=msg, force=force)
@@ -80,7 +80,7 @@ def scaffold(
         if not path.exists():
             raise UsageError(f"{path}: there is no such log")
         if is_known(path) and file is None:
-            raise UsageError(f"{path}: say with output where to write what it becomes as CSV")
+            raise UsageError(f"{path}: give with output where to write it as CSV")
     found = Findings(folder, log, tuple(fspath(one) for one in msg), {p.name for p in given if not is_known(p)})
     shown = []
     for path in given:
@@ -131,6 +131,6 @@ def _copy(path: Path, target: Path) -> None:
     """Copies a file; one that is there already is left where it holds the same."""
     if target.exists():
         if target.read_bytes() != path.read_bytes():
-            raise UsageError(f"{target} is there already and is another file than {path}: rename one of them")
+            raise UsageError(f"{target} already exists and is a different file from {path}: rename one of them")
         return
     shutil.copyfile(path, target)

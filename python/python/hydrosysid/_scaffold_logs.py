@@ -83,7 +83,7 @@ class Findings:
         columns = {name: entry for name, entry in self.options.get("columns", {}).items() if name not in self.placed}
         if columns and not self.plain:
             said = ", ".join(f"columns.{name} = {entry!r}" for name, entry in columns.items())
-            raise UsageError(f"{said}: no log has such a field; the campaign lists those that there are")
+            raise UsageError(f"{said}: no log has such a field; the campaign lists the existing ones")
         rest = {
             key: value for key, value in self.options.items() if key != "columns" and (self.plain or key not in OWN)
         }
@@ -107,8 +107,8 @@ class Findings:
         found.reasons += [*source.notes, *said.notes]
         read = _run(source, found, columns)
         if read is None:
-            self.guessed.append(f"nothing of {path.name} could be placed; it has {source.listed(400)}")
-            self.unread.append(f"not read: {path.name}: nothing of it could be placed")
+            self.guessed.append(f"nothing of {path.name} could be recognised; it has {source.listed(400)}")
+            self.unread.append(f"not read: {path.name}: nothing in it could be recognised")
             return []
         run, origin = read
         stretches = _stretches(said, run, origin or 0)
@@ -268,7 +268,7 @@ def _tables(path: Path, options: Mapping[str, Any]) -> tuple[dict[str, bytes], l
         usual, _ = Counter(len(values) for values in columns.values()).most_common(1)[0]
         others = [f"{name} ({len(values)})" for name, values in columns.items() if len(values) != usual]
         if others:
-            left_out.append(f"left out, of another length than the {usual} rows of the others: {', '.join(others)}")
+            left_out.append(f"left out, not as long as the {usual} rows of the others: {', '.join(others)}")
         whole = {name: values for name, values in columns.items() if len(values) == usual}
         coarse += _coarse(whole, options)
         tables[group] = _csv(whole)
@@ -293,7 +293,7 @@ def _coarse(columns: Mapping[str, NDArray[Any]], options: Mapping[str, Any]) -> 
         if each >= 2:
             found.append(
                 f"{name!r} has {stamps} time stamps for {rows} rows, about {each:.0f} rows each: its resolution is "
-                f'coarser than the rows, and duplicates = "first" keeps {stamps} of them. Log finer stamps, or take '
+                f'coarser than the rows, and duplicates = "first" keeps {stamps} of them. Log finer stamps, or use '
                 "another column as columns.t"
             )
     return found if "duplicates" not in options else []

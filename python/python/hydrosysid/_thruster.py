@@ -43,7 +43,7 @@ class ThrusterFit(Result):
         forward: coefficients for positive commands.
         reverse: coefficients for negative commands.
         deadband: dead band, unit of the command.
-        exponent: n of the supply voltage; `None` where the table holds fewer than two.
+        exponent: n of the supply voltage; `None` if the table has fewer than two.
     """
 
     forward: ThrustDirection
@@ -59,7 +59,7 @@ class ThrusterFit(Result):
         return [*found, ("dead band", self.deadband), *([("exponent", self.exponent)] if self.exponent else [])]
 
     def rows(self) -> Rows:
-        """One row a coefficient."""
+        """One row per coefficient."""
         return [{"": name, "coef": e.value, "std err": e.std or "held"} for name, e in self._found()]
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
@@ -85,13 +85,13 @@ def fit_thruster(
 
     Args:
         command: control voltage or normalised command of each row, (n).
-        force: measured force, N, of the sign of the command, (n).
-        deadband: held at this value, as in the paper at 0; `None`: found from the table.
+        force: measured force, N, with the sign of the command, (n).
+        deadband: fixed at this value, as in the paper at 0; `None`: fitted to the table.
         supply: supply voltage of each row, V.
         reference_supply: supply voltage at which the coefficients hold, V; the median when absent.
 
     Raises:
-        DataError: a table that determines no curve.
+        DataError: a table that does not determine a curve.
 
     >>> import numpy as np
     >>> v = np.linspace(-1.0, 1.0, 21)

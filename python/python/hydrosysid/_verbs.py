@@ -45,8 +45,8 @@ def fit(
     Args:
         campaign: a campaign, or the path of one.
         estimator: that of the campaign, else the one that suits its runs, when absent.
-        thorough: profile likelihoods of doubtful parameters, segments of other lengths, and the run that would tell
-            most, in `Fit.identifiability`, some ten fits; of fits by rows, halves of the runs and longer windows.
+        thorough: profile likelihoods of doubtful parameters, segments of other lengths, and the most informative
+            next run, in `Fit.identifiability`, some ten fits; for fits by rows, halves of the runs and longer windows.
         stream: read the logs piece by piece and keep none of them; integral least squares of a campaign that is given
             by its path. When absent: where ``estimator="integral"`` would have to keep more than 64 MiB of logs.
         progress: as for `discover`.
@@ -77,7 +77,7 @@ def simulate(campaign: Source, model: AnyModel | None = None, *, progress: Progr
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, a model, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; the campaign is fitted when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -97,11 +97,11 @@ def force_components(
 ) -> tuple[Forces, ...]:
     """The force of each term of a model over time, for each run of free motion and degree of freedom.
 
-    A balance that hangs on what no sensor logs has no entry.
+    A balance that depends on a quantity that no sensor logs has no entry.
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, a model, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; the campaign is fitted when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -112,13 +112,13 @@ def force_components(
 
 
 def compare(campaign: Source, model: AnyModel | None = None, *, progress: Progress = None) -> Comparison:
-    """Holds a model against every run of free motion, those of the fit and those that took no part.
+    """Compares a model with every run of free motion, those of the fit and the held-out ones.
 
     The runs themselves, measured and simulated, are in `Comparison.simulation`.
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, a model, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; the campaign is fitted when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -142,17 +142,17 @@ def published(params: Published) -> tuple[str, str]:
 def compare_published(
     campaign: Source, params: Published, model: AnyModel | None = None, *, progress: Progress = None
 ) -> PublishedComparison:
-    """Holds published parameters against the runs of a campaign and against its own estimates.
+    """Compares published parameters with the runs of a campaign and with its own estimates.
 
     Args:
         campaign: a campaign, or the path of one.
         params: the path of a TOML file, or its content as a mapping: ``format``, ``convention`` (``sname``,
             ``hydrosysid`` or ``fossen``), ``source``, ``mass``, ``inertia`` and ``parameters``.
-        model: the own model: a fit, a model, or the path of a model file; fitted now when absent.
+        model: your own model: a fit, a model, or the path of a model file; the campaign is fitted when absent.
         progress: as for `discover`.
 
     Raises:
-        UsageError: a name that is no parameter, or a convention that does not fit; the message names the key.
+        UsageError: an unknown parameter, or a convention that does not fit; the message names the key.
     """
     with listener(progress) as tell:
         loaded = campaign_of(campaign, tell)
@@ -167,9 +167,9 @@ def cross_validate(
 
     Args:
         campaign: a campaign, or the path of one.
-        estimator: as for `fit`. Of a staged fit the stages of single runs are taken; else a training run is fitted by
-            output error, held to the common estimates by a deviation of their own size, so that what it does not show
-            stays as it is.
+        estimator: as for `fit`. For a staged fit, the stages of single runs are used; else a training run is fitted by
+            output error, with the common estimates as priors of 100 % standard deviation, so that what it does not show
+            keeps its value.
         progress: as for `discover`.
 
     Raises:
@@ -180,7 +180,7 @@ def cross_validate(
 
 
 def compare_models(a: AnyModel, b: AnyModel, *, names: tuple[str, str] | None = None) -> ModelDifference:
-    """Tells two models of a vehicle apart: each parameter with its interval, and all together.
+    """Compares two models of a vehicle: each parameter with its interval, and all together.
 
     Args:
         a: a fit, a model, or the path of a model file.
@@ -196,13 +196,13 @@ def compare_models(a: AnyModel, b: AnyModel, *, names: tuple[str, str] | None = 
 def monitor(
     campaign: Source, model: AnyModel, *, window: float = 8.0, level: float = 0.01, progress: Progress = None
 ) -> Monitored:
-    """Runs a model, all parameters held, along the runs of a campaign and says where it no longer fits.
+    """Runs a model with fixed parameters along the runs of a campaign and reports where it no longer fits.
 
     Args:
         campaign: the new logs as a campaign, or the path of one.
         model: a fit, a model, or the path of a model file.
         window: length of a window, s.
-        level: probability of a false alarm in all windows together, by white noise.
+        level: probability of a false alarm in all windows together, for white noise.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -211,15 +211,15 @@ def monitor(
 
 
 def discover(campaign: Source, *, families: Iterable[Family] | None = None, progress: Progress = None) -> Discovery:
-    """Looks for what the baseline lacks, and names it only where held-out runs agree.
+    """Searches for what the baseline lacks, and names it only if held-out runs agree.
 
     Ctrl-C ends it within a fraction of a second, as it does every long verb.
 
     Args:
         campaign: a campaign, or the path of one.
-        families: families of effects to search, besides your own; those of the campaign when absent.
+        families: families of effects to search, in addition to your own; those of the campaign when absent.
         progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a line where there is no tqdm; or a function
-            that is called as ``progress(what, done, of)``; what it raises ends the work and passes through.
+            that is called as ``progress(what, done, of)``; an exception in it ends the work and propagates.
     """
     chosen = None if families is None else list(families)
     with listener(progress) as tell:
@@ -242,19 +242,19 @@ def plan(
     seed: int = 1,
     progress: Progress = None,
 ) -> Plan:
-    """Proposes the runs that bring parameters to wanted deviations, or says what given runs will bring.
+    """Proposes runs that reach the requested standard errors, or predicts those of given runs.
 
     Args:
         source: a campaign, which is fitted first, a fit, or the path of a campaign or a model file.
-        want: wanted deviations: ``"k_u|u|=10"`` (SI), ``"inertia@yaw=3%"``, or ``"5%"`` for all; 5 % when absent.
-        limits: greatest force or moment by degree of freedom, N and N·m; those of the thrusters or of the runs of the
+        want: requested standard errors: ``"k_u|u|=10"`` (SI), ``"inertia@yaw=3%"``, or ``"5%"`` for all, the default.
+        limits: largest force or moment by degree of freedom, N and N·m; those of the thrusters or of the runs of the
             model when absent.
         noise: noise of sensors by channel, SI; that of the runs of the model when absent.
         rates: rate of all sensors, Hz, or of each by channel.
         length: length of each run, s.
-        most: most runs.
-        room: greatest horizontal distance from the start of a run, m.
-        without_known: leave out the data that the model comes from; they are counted otherwise.
+        most: maximum number of runs.
+        room: largest horizontal distance from the start of a run, m.
+        without_known: ignore the data to which the model was fitted; otherwise they are included.
         runs: runs to judge instead, each with ``name``, ``kind``, ``length``, ``pushes`` as in `Plan.runs`.
         rehearse: number of simulated campaigns by which the plan is checked.
         seed: seed of the rehearsal.
@@ -262,7 +262,7 @@ def plan(
 
     Raises:
         DataError: nothing can be planned.
-        UsageError: a wish or a limit that cannot be.
+        UsageError: an invalid request or limit.
     """
     request: dict[str, Any] = {
         "wants": [want] if isinstance(want, str) else list(want),
@@ -316,7 +316,7 @@ def check(
 ) -> Check:
     """Checks a campaign (a ``.toml`` file, or a folder with one) or bare logs before anything is fitted.
 
-    What is refused is a result.
+    Refused data is a result, not an exception.
 
     Args:
         source: a campaign file, a log, or several logs.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Rows = list[dict[str, Any]]
 Z_95 = 1.96
-"""Half of a 95 % interval in standard deviations of a normal: that of estimates from large logs."""
+"""Half-width of a 95 % interval in standard deviations of a normal: for estimates from large logs."""
 
 
 def frame(rows: Rows, library: Literal["pandas", "polars"] | None = None) -> Any:
@@ -33,7 +33,7 @@ def frame(rows: Rows, library: Literal["pandas", "polars"] | None = None) -> Any
 def labelled(values: Any, names: list[str], columns: list[str] | None = None) -> Any:
     """Numbers under names: a Series of pandas, or a DataFrame where columns have names, too."""
     if importlib.util.find_spec("pandas") is None:
-        raise ImportError("numbers under names need pandas: pip install pandas")
+        raise ImportError("named numbers need pandas: pip install pandas")
     pandas = importlib.import_module("pandas")
     if columns is None:
         return pandas.Series(values, index=names, dtype=float)
@@ -43,7 +43,7 @@ def labelled(values: Any, names: list[str], columns: list[str] | None = None) ->
 def stacked(parts: Sequence[tuple[tuple[str, ...], Any, Any]], levels: Sequence[str], name: str) -> Any:
     """Series of numbers, each under its own names and over its own stamps, as one Series of pandas."""
     if importlib.util.find_spec("pandas") is None:
-        raise ImportError("numbers under names need pandas: pip install pandas")
+        raise ImportError("named numbers need pandas: pip install pandas")
     pandas = importlib.import_module("pandas")
     series = {names: pandas.Series(values, index=stamps) for names, stamps, values in parts}
     # sorted, so that a part is found by its names without a search
@@ -192,6 +192,6 @@ def known_and_unknown(
     names = [f"{name}\n{number(value)} ± {h:.2g} {unit}".rstrip() for h, (name, value, _, unit) in texts]
     colours = {"color": ["C3" if s >= 100.0 else "C0" for s in share]}
     rows = list(zip(names, share, strict=True))
-    ax = bars(ax, rows, 100.0, "half of the 95 % interval, % of the estimate", colours | style)
+    ax = bars(ax, rows, 100.0, "half-width of the 95 % interval, % of the estimate", colours | style)
     ax.set_xscale("log")
     return ax

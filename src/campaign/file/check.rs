@@ -17,7 +17,7 @@ use crate::vehicle::{Vehicle, VehicleError, Water};
 /// Checks that the file has what every campaign needs, before faulty entries are cut off.
 pub(super) fn presence(root: &DeTable<'_>, report: &mut Report) {
     for (key, right) in
-        [("format", "the file begins with format = 1"), ("model", "a [model] table with `dofs` and `effects`")]
+        [("format", "the file starts with format = 1"), ("model", "a [model] table with `dofs` and `effects`")]
     {
         if !root.contains_key(key) {
             report.at_start(key, Problem::MissingKey { key: key.to_string(), right });
@@ -118,10 +118,10 @@ impl Check<'_> {
             }
         }
         for (channel, std) in &campaign.noise.sensors {
-            self.range(&format!("noise.{channel}"), *std, *std > 0.0, "a standard deviation is above 0");
+            self.range(&format!("noise.{channel}"), *std, *std > 0.0, "a standard deviation must be above 0");
         }
         for (dof, most) in &campaign.noise.force_max {
-            self.range(&format!("noise.force_max.{dof}"), *most, *most > 0.0, "an rms is above 0");
+            self.range(&format!("noise.force_max.{dof}"), *most, *most > 0.0, "an rms must be above 0");
         }
         if let Err((key, right)) = campaign.noise.forces() {
             let value = match &campaign.noise.force {
@@ -225,7 +225,7 @@ impl Check<'_> {
             match effect.id.parse::<EffectName>() {
                 Ok(name) if name.dof.is_none() => {}
                 _ => {
-                    let right = "an id in letters, digits and `_`; the degree of freedom is a key of its own, `dof`";
+                    let right = "an id of letters, digits and `_`; the degree of freedom has its own key, `dof`";
                     self.report
                         .at(&path("id"), Problem::Unreadable { message: format!("{:?}: give {right}", effect.id) });
                 }
@@ -287,7 +287,7 @@ impl Check<'_> {
                 _ => {}
             }
             if let Some(std) = p.std {
-                self.range(&path("std"), std, std > 0.0, "a standard deviation is above 0");
+                self.range(&path("std"), std, std > 0.0, "a standard deviation must be above 0");
             }
             let (min, max) = (p.min.unwrap_or(f64::NEG_INFINITY), p.max.unwrap_or(f64::INFINITY));
             if min > max {
@@ -318,25 +318,25 @@ impl Check<'_> {
 
     fn fit(&mut self) {
         let fit = &self.campaign.fit;
-        self.range("fit.segment", fit.segment, fit.segment > 0.0, "a length of time above 0 s");
+        self.range("fit.segment", fit.segment, fit.segment > 0.0, "a duration above 0 s");
         if let Some(longest) = fit.longest_step {
-            self.range("fit.longest_step", longest, longest > 0.0, "a length of time above 0 s");
+            self.range("fit.longest_step", longest, longest > 0.0, "a duration above 0 s");
         }
     }
 
     fn stages(&mut self) {
         let stage = &self.campaign.stage;
-        let part = "a part is above 0 and at most 1";
+        let part = "a fraction above 0 and at most 1";
         for (name, value) in [("bollard", stage.bollard.steady_part), ("steady", stage.steady.steady_part)] {
             self.range(&format!("stage.{name}.steady_part"), value, value > 0.0 && value <= 1.0, part);
         }
         let least = stage.bollard.least_force;
-        self.range("stage.bollard.least_force", least, least >= 0.0, "a size of a force is not negative");
+        self.range("stage.bollard.least_force", least, least >= 0.0, "a magnitude of a force must not be negative");
         let steady = &stage.steady;
         for (name, value) in [("drift", steady.drift), ("scatter", steady.scatter)] {
-            self.range(&format!("stage.steady.{name}"), value, value > 0.0, "a part of the speed above 0");
+            self.range(&format!("stage.steady.{name}"), value, value > 0.0, "a fraction of the speed above 0");
         }
-        self.range("stage.steady.length", steady.length, steady.length > 0.0, "a length of time above 0 s");
+        self.range("stage.steady.length", steady.length, steady.length > 0.0, "a duration above 0 s");
         for (i, window) in steady.windows.iter().enumerate() {
             if window.from >= window.to {
                 let problem = Problem::FromAfterTo { from: window.from, to: window.to };
@@ -428,7 +428,7 @@ impl Check<'_> {
                 self.filled(&path("where"), condition, "a condition such as \"abs(theta) > 0.2\"");
             }
             if run.files.is_empty() {
-                self.report.at(&path("file"), Problem::Empty { right: "a run has at least one log" });
+                self.report.at(&path("file"), Problem::Empty { right: "a run needs at least one log" });
             }
             if let Some(log) = &run.log {
                 self.log(&path("log"), log);

@@ -105,7 +105,7 @@ pub enum Problem {
     },
     /// A log in a format that its first bytes identify.
     #[error(
-        "this is {name}, and a campaign file is wanted: `hydrosysid init LOG -o FOLDER` of the Python package writes one \
+        "this is {name}, not a campaign file: `hydrosysid init LOG -o FOLDER` of the Python package writes a campaign \
          from it (pip install 'hydrosysid[{extra}]')"
     )]
     OtherLog {
@@ -147,7 +147,7 @@ pub enum Problem {
         known: Vec<String>,
     },
     /// A value of the wrong type.
-    #[error("{found} where {expected} is wanted")]
+    #[error("{found} found where {expected} is expected")]
     WrongType {
         /// The type that was found.
         found: String,
@@ -178,7 +178,7 @@ pub enum Problem {
     #[error("must be a finite number")]
     NotFinite,
     /// A number outside its range.
-    #[error("{value} cannot be: {right}")]
+    #[error("{value} is not valid here: {right}")]
     OutOfRange {
         /// The number.
         value: f64,
@@ -208,7 +208,7 @@ pub enum Problem {
         nearest: Option<String>,
     },
     /// A user's own effect with the id of a catalogue effect.
-    #[error("`{id}` is an effect of the catalogue: give your own another id")]
+    #[error("`{id}` is an effect of the catalogue: choose another id for your own")]
     EffectTaken {
         /// The id.
         id: String,
@@ -220,25 +220,25 @@ pub enum Problem {
         dof: Dof,
     },
     /// `fixed = true` without a value.
-    #[error("`{effect}` is fixed, but at what? Add `value`")]
+    #[error("`{effect}` is fixed, but has no value: add `value`")]
     FixedWithoutValue {
         /// The effect.
         effect: String,
     },
     /// A prior without a mean.
-    #[error("`std` is the deviation of a prior about `value`: add `value`")]
+    #[error("`std` is the standard deviation of a prior around `value`: add `value`")]
     PriorWithoutValue,
     /// A parameter that is fixed and has a prior.
-    #[error("`fixed` holds the value, `std` lets it move: keep one")]
+    #[error("`fixed` holds the value, `std` lets it vary: keep one")]
     FixedWithPrior,
     /// A tied parameter with a value, bounds or a prior of its own.
-    #[error("`tie` makes it another parameter, which has value, bounds and prior: leave `{key}` out here")]
+    #[error("`tie` makes it equal to another parameter, which has the value, bounds and prior: remove `{key}` here")]
     TiedWithOwn {
         /// The key.
         key: &'static str,
     },
     /// Bounds in the wrong order.
-    #[error("min = {min} lies above max = {max}")]
+    #[error("min = {min} is above max = {max}")]
     MinAboveMax {
         /// Lower bound.
         min: f64,
@@ -246,7 +246,7 @@ pub enum Problem {
         max: f64,
     },
     /// A value outside its own bounds.
-    #[error("value = {value} lies outside min = {min}, max = {max}")]
+    #[error("value = {value} is outside min = {min}, max = {max}")]
     OutsideBounds {
         /// The value.
         value: f64,
@@ -264,15 +264,15 @@ pub enum Problem {
         to: f64,
     },
     /// Ties that form a cycle.
-    #[error("this tie leads back to its own parameter: leave one of them free")]
+    #[error("this tie leads back to its own parameter: leave one of them untied")]
     TieCycle,
     /// A campaign without runs.
     #[error("no run: add a [[run]] table with at least `file`")]
     NoRuns,
     /// A campaign without runs that `init` has written, because it could read no log.
     #[error(
-        "no run: `hydrosysid init` could read none of the logs, and the reasons stand in this file. Mend the logs, or say how they are \
-         read (hydrosysid init --help), and call init again: it replaces this file"
+        "no run: `hydrosysid init` could read none of the logs; the reasons are given in this file. Repair the logs, \
+         or say how to read them (hydrosysid init --help), and call init again: it replaces this file"
     )]
     NoneRead,
     /// A log that does not exist.
@@ -296,7 +296,10 @@ pub enum Problem {
         path: PathBuf,
     },
     /// A log outside the campaign's folder.
-    #[error("{} lies outside the campaign's folder {}: move it there, or allow files outside", .path.display(), .folder.display())]
+    #[error(
+        "{} is outside the campaign's folder {}: move it there, or allow files outside",
+        .path.display(), .folder.display()
+    )]
     OutsideFolder {
         /// Where the path leads.
         path: PathBuf,
@@ -320,7 +323,7 @@ pub enum Problem {
 pub(in crate::campaign) fn io_text(kind: std::io::ErrorKind) -> String {
     match kind {
         std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::FileTooLarge => "larger than 64 MiB: this is no campaign and no model".into(),
+        std::io::ErrorKind::FileTooLarge => "larger than 64 MiB: this is neither a campaign nor a model".into(),
         std::io::ErrorKind::InvalidData => "this is not UTF-8 text".into(),
         other => std::io::Error::from(other).to_string(),
     }

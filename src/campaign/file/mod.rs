@@ -260,8 +260,8 @@ fn unreadable(path: &Path, kind: std::io::ErrorKind) -> CampaignErrors {
     let file = path.to_path_buf();
     let problem = match path.with_file_name("metadata.yaml").is_file() && kind == std::io::ErrorKind::NotFound {
         true => Problem::OtherFile {
-            told: "there is no campaign in this folder but a ROS 2 bag: `hydrosysid init FOLDER -o dive` of the Python package \
-                   reads it and writes one",
+            told: "this folder holds no campaign but a ROS 2 bag: `hydrosysid init FOLDER -o dive` of the Python \
+                   package reads it and writes a campaign",
         },
         false => Problem::CannotRead { kind },
     };
@@ -274,13 +274,14 @@ fn other_file(root: &DeTable<'_>, text: &str, broken: bool) -> Option<&'static s
     // a model file states which version wrote it, a campaign file never does
     if root.keys().any(|key| key.get_ref() == "hydrosysid") {
         return Some(
-            "this is a model file, and a campaign file is wanted: one with [vehicle], [model] and [[run]] tables",
+            "this is a model file, not a campaign file: a campaign file has [vehicle], [model] and [[run]] tables",
         );
     }
     let first = text.lines().find(|line| !line.trim().is_empty())?.trim_start();
     let table = !first.contains('=') && !first.starts_with(['[', '#']) && first.contains([',', ';', '\t']);
     (broken && table).then_some(
-        "this is no campaign file but looks like a log: `hydrosysid init LOG -o campaign.toml` writes one from logs",
+        "this is not a campaign file but looks like a log: `hydrosysid init LOG -o campaign.toml` writes a campaign \
+         from logs",
     )
 }
 

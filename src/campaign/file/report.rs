@@ -164,8 +164,8 @@ fn thrusters_as_one(errors: &mut Vec<CampaignError>) {
     let Some(first) = errors.iter().position(lacks).filter(|_| count > 1) else { return };
     errors[first].problem = Problem::Unreadable {
         message: format!(
-            "{count} thrusters, this the first, lack `position` (m) or `axis`, in body axes forward, starboard, down: \
-             measure them, or take them from a vehicle: hydrosysid init LOG --vehicle NAME"
+            "{count} thrusters, the first of them here, lack `position` (m) or `axis`, in body axes forward, \
+             starboard, down: measure them, or take them from a vehicle: hydrosysid init LOG --vehicle NAME"
         ),
     };
     let mut k = 0;
@@ -227,7 +227,7 @@ fn purpose(key: &str) -> &'static str {
         "formula" => "a formula over states and channels, as in formula = \"u * sin(theta)\"",
         "unit" => "the SI unit of the parameter, as in unit = \"kg/m\"",
         "valid" => "the speeds between which it was measured, m/s, as in valid = [0, 1]",
-        _ => "a table of this kind cannot do without",
+        _ => "required in a table of this kind",
     }
 }
 

@@ -179,8 +179,8 @@ fn unknown_words_name_the_nearest() {
     refused("'a.csv'", "'a.csv'\nrole = 'test'", &[told]);
     let told = "7:12: model.effects[0]: no effect is called `inertai`, did you mean `inertia`?; `hydrosysid effects` lists them";
     refused("'inertia'", "'inertai'", &[told]);
-    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is no degree of freedom, did you mean `surge`?; \
-                they are surge, sway, heave, roll, pitch and yaw";
+    let told = "7:23: model.effects[1]: \"linear_drag@sirge\": `sirge` is not a degree of freedom, did you mean \
+                `surge`?; these are surge, sway, heave, roll, pitch and yaw";
     refused("linear_drag@surge", "linear_drag@sirge", &[told]);
     let own = "[[effect]]\nid = 'sail'\ndof = 'surge'\nformula = 'W'\nunit = 'furlong'\n[[run]]";
     let told = "12:8: effect[0].unit: \"furlong\" is no SI unit: `furlong` is none of 1, kg, m, s, N, rad, each with a \
@@ -201,23 +201,28 @@ fn thrusters_without_a_place_are_told_once() {
 
 #[test]
 fn wrong_types_say_what_is_wanted() {
-    refused("189", "'heavy'", &["4:8: vehicle.mass: string \"heavy\" where a number is wanted"]);
+    refused("189", "'heavy'", &["4:8: vehicle.mass: string \"heavy\" found where a number is expected"]);
     refused(
         "'a.csv'",
         "3",
-        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset, log}, or a list of them is wanted"],
+        &["9:8: run[0].file: integer 3 found where a path, a table {file, clock_offset, log}, or a list of them is \
+             expected"],
     );
-    refused("'a.csv'", "'a.csv'\nrole = 3", &["10:8: run[0].role: another type where a word in quotes is wanted"]);
-    refused("[[run]]", "[run]", &["8:1: run: a table where a list of tables, with [[ ]], is wanted"]);
-    refused("format = 1", "format = '1'", &["1:10: format: string \"1\" where a whole number is wanted"]);
-    let told = "2:8: seed: integer -1 where a whole number, 0 or more is wanted";
+    refused(
+        "'a.csv'",
+        "'a.csv'\nrole = 3",
+        &["10:8: run[0].role: another type found where a word in quotes is expected"],
+    );
+    refused("[[run]]", "[run]", &["8:1: run: a table found where a list of tables, with [[ ]], is expected"]);
+    refused("format = 1", "format = '1'", &["1:10: format: string \"1\" found where a whole number is expected"]);
+    let told = "2:8: seed: integer -1 found where a whole number, 0 or more is expected";
     refused("format = 1", "format = 1\nseed = -1", &[told]);
-    refused("mass = 189", "cg = [0, 1]", &["4:6: vehicle.cg: 2 values where a list of 3 is wanted"]);
+    refused("mass = 189", "cg = [0, 1]", &["4:6: vehicle.cg: 2 values found where a list of 3 is expected"]);
 }
 
 #[test]
 fn what_must_be_there_is_asked_for() {
-    refused("format = 1", "", &["1:1: format: `format` is missing: the file begins with format = 1"]);
+    refused("format = 1", "", &["1:1: format: `format` is missing: the file starts with format = 1"]);
     refused("[[run]]\nfile = 'a.csv'\n", "", &["1:1: run: no run: add a [[run]] table with at least `file`"]);
     let told =
         "5:1: model: `dofs` is missing: the degrees of freedom to model, as in dofs = [\"surge\", \"sway\", \"yaw\"]";
@@ -229,7 +234,7 @@ fn what_must_be_there_is_asked_for() {
         "",
         &["6:8: model.dofs: is empty: list the degrees of freedom to model, as in [\"surge\", \"sway\", \"yaw\"]"],
     );
-    refused("'a.csv'", "[]", &["9:8: run[0].file: is empty: a run has at least one log"]);
+    refused("'a.csv'", "[]", &["9:8: run[0].file: is empty: a run needs at least one log"]);
     refused("'a.csv'", "' '", &["9:8: run[0].file: is empty: the path of a log"]);
     refused(
         "'a.csv'",
@@ -259,20 +264,25 @@ fn contradictions_are_refused() {
     let parameter = |lines: &str, told: &[&str]| {
         refused("[[run]]", &format!("[[parameter]]\neffect = 'inertia@yaw'\n{lines}\n[[run]]"), told);
     };
-    parameter("fixed = true", &["10:9: parameter[0].fixed: `inertia@yaw` is fixed, but at what? Add `value`"]);
-    parameter("std = 1", &["10:7: parameter[0].std: `std` is the deviation of a prior about `value`: add `value`"]);
+    parameter("fixed = true", &["10:9: parameter[0].fixed: `inertia@yaw` is fixed, but has no value: add `value`"]);
+    parameter(
+        "std = 1",
+        &["10:7: parameter[0].std: `std` is the standard deviation of a prior around `value`: add `value`"],
+    );
     parameter(
         "value = 1\nstd = 1\nfixed = true",
-        &["11:7: parameter[0].std: `fixed` holds the value, `std` lets it move: keep one"],
+        &["11:7: parameter[0].std: `fixed` holds the value, `std` lets it vary: keep one"],
     );
-    parameter("value = 1\nstd = -1", &["11:7: parameter[0].std: -1 cannot be: a standard deviation is above 0"]);
+    parameter(
+        "value = 1\nstd = -1",
+        &["11:7: parameter[0].std: -1 is not valid here: a standard deviation must be above 0"],
+    );
     parameter("min = 2\nmax = 1", &["10:7: parameter[0].min: min = 2 lies above max = 1"]);
     parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5"]);
     parameter(
         "tie = 'inertia@surge'\nvalue = 3",
-        &[
-            "11:9: parameter[0].value: `tie` makes it another parameter, which has value, bounds and prior: leave `value` out here",
-        ],
+        &["11:9: parameter[0].value: `tie` makes it equal to another parameter, which has the value, bounds and \
+             prior: remove `value` here"],
     );
     parameter(
         "[[parameter]]\neffect = 'inertia'",
@@ -313,12 +323,20 @@ fn numbers_that_cannot_be_are_refused() {
             "5:10: vehicle.volume: [vehicle] volume = 0: must be a positive number of m3",
         ],
     );
-    refused("[model]", "[noise]\nu = 0\n[model]", &["6:5: noise.u: 0 cannot be: a standard deviation is above 0"]);
-    refused("'a.csv'", "'a.csv'\nresample = -4", &["10:12: run[0].resample: -4 cannot be: a rate in Hz above 0"]);
+    refused(
+        "[model]",
+        "[noise]\nu = 0\n[model]",
+        &["6:5: noise.u: 0 is not valid here: a standard deviation must be above 0"],
+    );
+    refused(
+        "'a.csv'",
+        "'a.csv'\nresample = -4",
+        &["10:12: run[0].resample: -4 is not valid here: a rate in Hz above 0"],
+    );
     refused(
         "[[run]]",
         "[stage.direct]\nfilter = { window = { samples = 4 }, degree = 2 }\n[[run]]",
-        &["9:33: stage.direct.filter.window.samples: 4 cannot be: an odd number of samples"],
+        &["9:33: stage.direct.filter.window.samples: 4 is not valid here: an odd number of samples"],
     );
     refused(
         "[[run]]",
@@ -336,7 +354,7 @@ fn numbers_that_cannot_be_are_refused() {
         "[[run]]",
         "[discover]\nlevel = 1.5\nfamilies = []\n[[run]]",
         &[
-            "9:9: discover.level: 1.5 cannot be: between 0 and 1, such as 0.01",
+            "9:9: discover.level: 1.5 is not valid here: between 0 and 1, such as 0.01",
             "10:12: discover.families: is empty: body, actuator, environment, sensor",
         ],
     );
@@ -347,7 +365,7 @@ fn own_effects_and_thrusters_have_names_of_their_own() {
     let sail = "[[effect]]\nid = 'ID'\ndof = 'surge'\nformula = 'W'\nunit = 'N'\n";
     let two = format!("{}{}[[run]]", sail.replace("ID", "sail"), sail.replace("ID", "sail"));
     refused("[[run]]", &two, &["14:6: effect[1].id: `sail` is given twice, first in line 9: keep one"]);
-    let taken = "9:6: effect[0].id: `bias` is an effect of the catalogue: give your own another id";
+    let taken = "9:6: effect[0].id: `bias` is an effect of the catalogue: choose another id for your own";
     refused("[[run]]", &format!("{}[[run]]", sail.replace("ID", "bias")), &[taken]);
     let dofs = FULL.replace("thrusters = [\"T5\"]", "thrusters = [\"T6\"]");
     assert_eq!(wrong(&dofs), ["50:44: efficiency.eta_inter[0].thrusters[0]: unknown word `T6`, did you mean `T5`?"]);
@@ -377,10 +395,7 @@ fn columns_count_characters_and_bytes_that_are_no_text_are_shown() {
     assert!(wrong(&after)[1].starts_with("6:16: model.dofs[1]"), "{:?}", wrong(&after));
     let errors = CampaignFile::from_bytes(b"\xa3\x95\x80\x80Y", Path::new("dive.BIN"), &without_files());
     let text = errors.unwrap_err().to_string();
-    assert!(
-        text.starts_with("dive.BIN:1:1: this is an ArduPilot DataFlash log, and a campaign file is wanted"),
-        "{text}"
-    );
+    assert!(text.starts_with("dive.BIN:1:1: this is an ArduPilot DataFlash log, not a campaign file"), "{text}");
     assert!(text.contains("hydrosysid init LOG") && text.contains("hydrosysid[ardupilot]"), "{text}");
     let errors = CampaignFile::from_bytes(b"format = 1\nname = '\xff'", Path::new("c.toml"), &without_files());
     let text = errors.unwrap_err().to_string();

@@ -29,7 +29,7 @@ pub(super) fn losses(campaign: &Campaign) -> Option<(Campaign, Finding)> {
     if found.is_empty() {
         return None;
     }
-    let text = format!("the bollard runs give {}: held, with what it leaves uncertain carried on", found.join(", "));
+    let text = format!("the bollard runs give {}: held fixed, with its uncertainty propagated", found.join(", "));
     Some((campaign.under(&losses), Finding::new(&codes::LOSSES_OF_BOLLARD, text)))
 }
 

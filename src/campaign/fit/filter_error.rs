@@ -28,7 +28,7 @@ use crate::run::{Role, Run};
 use crate::wording::p_value;
 
 /// Verdict on a model whose predictions have lost all value.
-const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; \
+const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model's prediction diverges from the measured motion; \
                          `hydrosysid check` may say why.";
 
 /// Returns the options that the campaign asks for.
@@ -43,10 +43,10 @@ pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
 pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = FilterErrorOptions { told: true, ..options(campaign) };
     let fitted = fitted(&campaign.model, runs, &options, &discover::options(campaign))?;
-    tell("what the model predicts", 0, 0);
+    tell("predicting with the model", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
-        let text = format!("filter error stopped after {} passes without having converged", fitted.iterations);
+        let text = format!("filter error stopped after {} passes without converging", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
     let (filtered, model) = held_out(campaign, &fitted, &options)?;
@@ -92,12 +92,13 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     // which the deviations include already
     let unknown = lacking.as_ref().filter(|lacking| carried.is_none() || lacking.family != Family::Actuator);
     let included = |what: &str| match unknown {
-        Some(_) => format!(", and their deviations include how far {what} would move them"),
+        Some(_) => format!(", and their standard errors include how far {what} would shift them"),
         None => String::new(),
     };
     warnings.extend(lacking.as_ref().filter(|_| erring.is_empty()).map(|lacking| {
         let text = format!(
-            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it{}; `hydrosysid discover` looks for its name",
+            "the innovations match the signature of an effect that the model lacks ({}, of {} candidates): parameters \
+             are biased by it{}; `hydrosysid discover` looks for its name",
             p_value(lacking.p_value),
             lacking.candidates,
             included("it")
@@ -108,7 +109,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
     } else if !erring.is_empty() {
         let text = format!(
-            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased{}; `hydrosysid discover` looks for the missing effect",
+            "predictions 8 s ahead err by more than sensor noise and random force explain ({}): the model is \
+             incomplete and its parameters are biased{}; `hydrosysid discover` looks for the missing effect",
             erring.join(", "),
             included("the likeliest effect")
         );
@@ -195,7 +197,8 @@ fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
         return None;
     }
     let text = format!(
-        "{}: what they are in a run that took no part comes from the first half of that run; it is foretold from there on, and its first half flatters the model",
+        "{}: in a run that took no part in the fit, the value is estimated from the first half of that run; the \
+         prediction starts there, so only the second half is a fair test",
         own.join(", ")
     );
     Some(Finding::new(&codes::OWN_VALUES, text))
@@ -261,11 +264,12 @@ fn sentence(
         return format!("Do not use these numbers, although the fit converged. {why}");
     }
     let pushed = found.sentence();
-    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
+    let white =
+        if found.innovations_white { "" } else { " Innovations are not white: standard errors may be too small." };
     let strong = found.beyond_turbulence("");
     if !bent.is_empty() {
         return format!(
-            "Do not use these numbers, although the fit converged: the model lacks an effect, with which {} would be different; \
+            "Do not use these numbers, although the fit converged: the model lacks an effect that would change {}; \
              `hydrosysid discover` looks for it. {pushed}{strong}{white}",
             with_deviations(bent)
         );
@@ -278,8 +282,8 @@ fn sentence(
     }
     if lacks {
         return format!(
-            "The fit converged, but the model lacks an effect: predictions 8 s ahead err as expected, yet innovations follow \
-             one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"
+            "The fit converged, but the model lacks an effect: predictions 8 s ahead err as expected, yet the \
+             innovations match the signature of one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"
         );
     }
     let strong = found.beyond_turbulence(": `hydrosysid discover` looks for what is missing");

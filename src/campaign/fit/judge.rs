@@ -34,13 +34,15 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings:
         let least = dry.map(|mass| (mass, "the dry mass")).or(zero.then_some((0.0, "0")));
         if let Some((least, words)) = least.filter(|(least, _)| is_below(p, *least)) {
             let text = format!(
-                "{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it"
+                "{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data \
+                 does not determine it"
             );
             warnings.push(Finding::new(&codes::UNPHYSICAL, text));
         }
         if let Some(mass) = dry.filter(|mass| p.value - 2.0 * std > MOST_TIMES_DRY * mass) {
             let text = format!(
-                "{shown} is {:.0} times the dry mass ({mass}): the scale of thrust is wrong, or this data does not show it",
+                "{shown} is {:.0} times the dry mass ({mass}): the scale of thrust is wrong, or this data does not \
+                 determine it",
                 p.value / mass
             );
             warnings.push(Finding::new(&codes::UNPHYSICAL, text));
@@ -48,7 +50,7 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings:
         if p.value <= p.min || p.value >= p.max {
             warnings.push(Finding::new(&codes::AT_BOUND, format!("{shown} stands at its bound")));
         } else if std > p.per_run.iter().fold(p.value.abs(), |most, x| most.max(x.abs())) && p.effect != id::BIAS {
-            warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly shows it")));
+            warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly determines it")));
         }
     }
 }

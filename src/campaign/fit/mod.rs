@@ -99,7 +99,7 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
         let text = match campaign.runs.iter().any(|run| run.role == Role::Train) {
             false => "no run takes part in the fit: at least one needs role = \"train\"".to_string(),
             true => {
-                format!("`{}` works on runs of free motion, and no such run has role = \"train\"", estimator.name())
+                format!("`{}` uses runs of free motion, and no such run has role = \"train\"", estimator.name())
             }
         };
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
@@ -241,8 +241,8 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     if converged && !untold.is_empty() && !rest.starts_with("Do not use") {
         let dofs: Vec<&str> = untold.iter().map(|p| p.place.dof.map_or("", Dof::name)).collect();
         return format!(
-            "Do not use these numbers for {}: this data does not tell {}; add runs that move the vehicle there, or leave it \
-             out of dofs in [model]. {rest}",
+            "Do not use these numbers for {}: this data does not determine {}; add runs that move the vehicle there, \
+             or leave it out of dofs in [model]. {rest}",
             listed(&dofs),
             with_deviations(&untold)
         );
@@ -250,8 +250,8 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     match model.parameters.iter().find(cut_off).filter(|_| converged) {
         None => rest,
         Some(p) => format!(
-            "Do not use these numbers yet: {} of `{}` stands at its bound ({} {}), and bends what goes with it; leave the effect out, \
-             or give min, max or a value in [[parameter]]. {rest}",
+            "Do not use these numbers yet: {} of `{}` stands at its bound ({} {}), which biases related parameters; \
+             leave the effect out, or give min, max or a value in [[parameter]]. {rest}",
             p.spec.name,
             p.term,
             short(p.value, 4),
@@ -293,8 +293,8 @@ fn of_other_kinds(estimator: Estimator, runs: &[Run]) -> String {
                   for inertia and couplings";
     let uses = if estimator == Estimator::Staged { staged } else { "runs of free motion" };
     format!(
-        "nothing was estimated: the runs of the fit are of kind {there}, and `{name}` uses {uses}; mend `kind` where it is wrong, or \
-         ask for another estimator (--estimator)"
+        "nothing was estimated: the runs of the fit are of kind {there}, and `{name}` uses {uses}; correct `kind` \
+         where it is wrong, or choose another estimator (--estimator)"
     )
 }
 
@@ -303,10 +303,10 @@ fn told(estimator: Estimator, converged: bool) -> String {
     let name = estimator.name().replace('_', " ");
     match converged {
         true => format!(
-            "The fit by {name} is done; it takes no random force into account, and does not say whether the model is complete: \
-             the default, filter error, does."
+            "The fit with {name} is done; it does not model a random force and does not say whether the model is \
+             complete: the default, filter error, does both."
         ),
-        false => format!("Do not use these numbers: the fit by {name} did not converge."),
+        false => format!("Do not use these numbers: the fit with {name} did not converge."),
     }
 }
 
@@ -404,10 +404,10 @@ mod tests {
         assert!(refused.starts_with("nothing was estimated"), "{refused}");
         (model.parameters[0].value, model.parameters[0].std) = (10.0, Some(1.0));
         assert!(!is_untouched(&model));
-        assert!(told(&model).starts_with("The fit by staged is done"), "{}", told(&model));
+        assert!(told(&model).starts_with("The fit with staged is done"), "{}", told(&model));
         model.parameters[0].std = Some(3.0);
         assert!(
-            told(&model).starts_with("Do not use these numbers for surge: this data does not tell m_u"),
+            told(&model).starts_with("Do not use these numbers for surge: this data does not determine m_u"),
             "{}",
             told(&model)
         );

@@ -37,10 +37,10 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let telling = OutputErrorOptions { told: true, ..options.clone() };
     let start = begun(&campaign.model, runs, &filter_error_options(campaign), &discover::options(campaign));
     let mut fitted = output_error(&near(start, runs, &options), runs, &telling)?;
-    tell("what the data tells apart", 0, 0);
+    tell("checking what the data identifies", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
-        let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
+        let text = format!("output error stopped after {} steps without converging", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
     warnings.extend(first_samples::findings(fitted.problem.tracks.iter()));
@@ -105,7 +105,8 @@ fn far_above_noise(fitted: &OutputErrorFit) -> Option<Finding> {
     let far: Vec<String> =
         outputs.filter(|(_, times)| *times > FAR).map(|(name, times)| format!("{name} by {times:.1}")).collect();
     let text = format!(
-        "the fitted runs are off by several times the noise of their sensors ({}): the model lacks something, and its parameters make up for it; `hydrosysid discover` looks for what",
+        "the fitted runs are off by several times the noise of their sensors ({}): the model lacks something, and its \
+         parameters compensate for it; `hydrosysid discover` looks for it",
         far.join(", ")
     );
     (!far.is_empty()).then(|| Finding::new(&codes::MORE_MISSING, text))

@@ -101,8 +101,8 @@ fn without_bound(model: &Model, held: &AtBound) -> Option<Finding> {
     let p = &model.parameters[held.parameter];
     let AtBound { unbounded, std, .. } = *held;
     let text = format!(
-        "{} of `{}` is held at its bound of {}: the rows would have {unbounded:.4} ± {std:.2} {}; a sign, a frame or the \
-         scale of thrust is wrong, or this data does not show it",
+        "{} of `{}` is held at its bound of {}: without it the rows give {unbounded:.4} ± {std:.2} {}; a sign, a frame \
+         or the scale of thrust is wrong, or this data does not determine it",
         p.spec.name, p.term, p.value, p.spec.dimension
     );
     let far = (p.value - unbounded).abs() > 2.0 * std;
@@ -207,8 +207,8 @@ fn beside_no_drag(campaign: &Campaign, fitted: &Model) -> Option<String> {
     let names: Vec<&str> = blind.iter().map(|dof| dof.name()).collect();
     (!blind.is_empty()).then(|| {
         format!(
-            "Do not use these numbers for {}: no run at constant speed shows the drag there, and the inertia was found beside \
-             none; add such runs, or use estimator = \"filter_error\", which finds both.",
+            "Do not use these numbers for {}: no run at constant speed shows the drag there, and the inertia was \
+             estimated without any; add such runs, or use estimator = \"filter_error\", which estimates both.",
             listed(&names)
         )
     })

@@ -42,8 +42,8 @@ pub(in crate::campaign) fn of_covariance(
     if let Some(k) = scale {
         let (p, std) = (&model.parameters[unknowns[k]], at(k, k).sqrt());
         let text = format!(
-            "no force is known absolutely: the scale of all masses, drags and forces is that of {}, known beforehand to {} %; \
-             their ratios are better known than their deviations say",
+            "no force is known absolutely: the scale of all masses, drags and forces comes from the prior of {}, known \
+             to {} %; their ratios are more certain than their standard errors say",
             p.full_name(),
             short(100.0 * std / p.value.abs(), 2)
         );

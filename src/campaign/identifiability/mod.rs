@@ -202,7 +202,7 @@ fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option
     let std = p.std.unwrap_or(0.0);
     let share = force_share.filter(|share| *share < HARMLESS && std > UNCERTAIN * p.value.abs())?;
     let text = format!(
-        "{}: {:.3e} ± {std:.1e} {} is not resolved, and harmless: it carries {:.1} % of the force in its balance",
+        "{}: {:.3e} ± {std:.1e} {} is not resolved, but harmless: it carries {:.1} % of the force in its balance",
         model.parameters[parameter].full_name(),
         p.value,
         p.spec.dimension,
@@ -214,7 +214,8 @@ fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option
 /// Returns the finding that the halves of the runs differ.
 pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z: f64) -> Finding {
     let text = format!(
-        "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
+        "{}: the first halves of the runs give {:.4e}, the second {:.4e} {}, {:.1} standard errors apart: something \
+         changes during a run, or an effect is missing",
         model.parameters[parameter].full_name(),
         halves[0],
         halves[1],
@@ -301,14 +302,16 @@ fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
     let munk = [(mass(Dof::Sway), 1.0), (mass(Dof::Surge), -1.0)];
     if let (Some((k, k_std)), Some((m, m_std))) = (sum(&[(id::coriolis(Dof::Yaw), 1.0)]), sum(&munk)) {
         let text = format!(
-            "k_uv = {k:.1} ± {k_std:.1} kg stands beside m_v − m_u = {m:.1} ± {m_std:.1} kg: the same for an ideal fluid; lift on the hull is in k_uv too"
+            "k_uv = {k:.1} ± {k_std:.1} kg compares with m_v − m_u = {m:.1} ± {m_std:.1} kg: equal in an ideal fluid; \
+             k_uv also contains lift on the hull"
         );
         findings.push(Finding::new(&codes::MUNK, text));
     }
     let power = [(Dof::Surge, 1.0), (Dof::Sway, -1.0), (Dof::Yaw, -1.0)].map(|(row, sign)| (id::coriolis(row), sign));
     if let Some((value, std)) = sum(&power).filter(|(value, std)| *std > 0.0 && value.abs() > 3.0 * std) {
         let text = format!(
-            "the free Coriolis terms do work: their coefficients leave {value:.1} ± {std:.1} kg of u v r, inertia alone would leave 0; lift, or a missing effect, is in them"
+            "the free Coriolis terms do work: their coefficients leave {value:.1} ± {std:.1} kg of u v r, inertia \
+             alone would leave 0; they contain lift or a missing effect"
         );
         findings.push(Finding::new(&codes::CORIOLIS_WORKS, text));
     }

@@ -80,8 +80,8 @@ fn turn(logs: &mut [Understood], group: &[usize]) {
         source.sign = -source.sign;
         let sign = source.sign;
         let why = match own {
-            Some(_) => "with doubt: of this log alone psi says the other sign",
-            None => "the heading of logs with the same header says so",
+            Some(_) => "with doubt: this log alone suggests the opposite sign of psi",
+            None => "the headings of the logs with the same header agree on this",
         };
         let before = this.reasons.get("columns.r").map_or_else(|| "r".to_string(), Clone::clone);
         this.guess("columns.r", format!("{before}; sign = {sign} in all logs of this header, {why}"));

@@ -46,7 +46,7 @@ impl Understood {
             let code = finding.code;
             if code == codes::MISSING.code || code == codes::NON_FINITE.code {
                 self.options.missing = Missing::NoSample;
-                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
+                self.guess("missing", "cells are empty: sensors with their own rates share the file");
                 if finding.message.to_lowercase().contains("inf") {
                     for text in ["inf", "-inf"] {
                         if !self.options.missing_values.iter().any(|m| m == text) {
@@ -58,17 +58,14 @@ impl Understood {
             } else if code == codes::TIME_ORDER.code {
                 if self.options.duplicates == Duplicates::Error {
                     self.options.duplicates = Duplicates::First;
-                    self.guess("duplicates", "time stamps come twice");
+                    self.guess("duplicates", "time stamps are repeated");
                 } else if self.set_back(path).is_none() {
                     self.options.sort = true;
-                    self.guess(
-                        "sort",
-                        format!("time stamps go back, by less than {SET_BACK} s: rows are out of order"),
-                    );
+                    self.guess("sort", format!("time stamps go back by less than {SET_BACK} s: rows are out of order"));
                 }
             } else if code == codes::FIELD_COUNT.code {
                 self.options.truncated = Truncated::Drop;
-                self.guess("truncated", "the last row is cut short");
+                self.guess("truncated", "the last row is truncated");
             } else if code == codes::UNIT_UNKNOWN.code {
                 if let Some(column) = &finding.column {
                     self.options.columns.remove(column);
@@ -80,7 +77,7 @@ impl Understood {
             {
                 self.options.missing = Missing::NoSample;
                 self.options.missing_values.push(text);
-                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
+                self.guess("missing", "cells are empty: sensors with their own rates share the file");
                 self.guess("missing_values", "cells hold it where a number is expected");
             }
         }
@@ -96,8 +93,9 @@ impl Understood {
         while let Some(row) = rows.next_row() {
             if latest - row.t > SET_BACK {
                 return Some(format!(
-                    "the time goes back by {:.3} s at line {}: a clock that was set back, or two logs in one. Split the file \
-                     before that line and give both parts; where the rows are merely out of order say --log sort=true",
+                    "the time goes back by {:.3} s at line {}: a clock that was set back, or two logs in one. Split \
+                     the file before that line and give both parts; if the rows are merely out of order, use --log \
+                     sort=true",
                     latest - row.t,
                     row.line
                 ));
@@ -117,8 +115,14 @@ impl Understood {
                 if !self.options.missing_values.contains(&text) {
                     self.options.missing = Missing::NoSample;
                     self.options.missing_values.push(text.clone());
-                    self.guess("missing", "a sensor writes a code where it has no value");
-                    self.guess("missing_values", format!("{name} is exactly {text} now and then, far from all else"));
+                    self.guess("missing", "a sensor writes a code when it has no value");
+                    self.guess(
+                        "missing_values",
+                        format!(
+                            "{name} is exactly {text} now and then, far from all other \
+                                                          values"
+                        ),
+                    );
                     new = true;
                 }
             }

@@ -299,7 +299,7 @@ pub fn pulses(values: &[&Signal]) -> (f64, f64, String) {
     let usual = counts.iter().max_by_key(|(_, n)| **n).map_or(1500, |(x, _)| *x);
     let seen = format!("they run from {low} to {high} us");
     if low >= 990 && usual <= 1010 && high > 1300 {
-        return (1000.0, 1000.0, format!("{seen} and mostly rest at {usual}: a drive of one direction"));
+        return (1000.0, 1000.0, format!("{seen} and mostly rest at {usual}: a unidirectional drive"));
     }
     if (1450..=1550).contains(&usual) && counts[&usual] * 10 > counts.values().sum::<usize>() {
         return (usual as f64, 400.0, format!("{seen} and mostly rest at {usual}; 1100 to 1900 us is the usual range"));

@@ -14,7 +14,7 @@ use crate::model::name_of;
 use crate::thrust::thruster::Thruster;
 
 /// Message if no degree of freedom is left, also for the terminal.
-const IDLE: &str = "no degree of freedom moves under a command: from these logs nothing can be learned";
+const IDLE: &str = "no degree of freedom moves under a command: nothing can be learned from these logs";
 
 /// The degrees of freedom that are modelled, and the remarks about the others.
 pub struct Chosen {
@@ -65,7 +65,7 @@ impl Chosen {
                     // guessed thrusters may drive degrees of freedom of which nothing is logged: no
                     // message then
                     if read().any(|log| log.signals.contains_key(dof.force())) {
-                        left_out.push(format!("{dof} (commanded, and no log measures it)"));
+                        left_out.push(format!("{dof} (commanded, but no log measures it)"));
                     }
                 }
                 (Moved::Unmeasured, false) => {}
@@ -74,7 +74,7 @@ impl Chosen {
         let (mut words, mut undriven, mut pushed) = (Vec::new(), Vec::new(), false);
         for dof in drifting {
             if dof == Dof::Surge && is_steered(logs) {
-                let slowed = format!("{dof}: no command that varies drives it, and turns by the fins slow it down");
+                let slowed = format!("{dof}: no varying command drives it, but turns with the fins slow it down");
                 pushed = !thrusters.iter().any(|t| t.unit_wrench()[dof.index()].abs() > 1e-6);
                 words.push(match pushed {
                     true => format!("{slowed}; its thrust is one unknown force, {}", name_of(id::BIAS, Place::at(dof))),
@@ -93,13 +93,13 @@ impl Chosen {
             match thrown.filter(|thrown| thrown.iter().all(|dof| dofs.contains(dof))) {
                 Some([ahead, turn]) => {
                     words.push(format!(
-                        "{dof}: no command drives it; {ahead} and {turn} together throw the vehicle outwards"
+                        "{dof}: no command drives it, but {ahead} and {turn} together throw the vehicle outwards"
                     ));
                     dofs.push(dof);
                     undriven.push(dof);
                 }
                 None => {
-                    let why = "it moves, and no command drives it";
+                    let why = "it moves, but no command drives it";
                     absent.push((dof, why));
                     left_out.push(format!("{dof} ({why})"));
                 }
@@ -114,10 +114,14 @@ impl Chosen {
         if is_still {
             match held.is_empty() {
                 false => words.push(
-                    "load cells show what is pushed, and no log moves: these stand here for a motion to come".into(),
+                    "load cells measure the force, but no log shows motion: these are listed for runs with motion to \
+                     come"
+                        .into(),
                 ),
                 true if is_bench => {
-                    words.push("a bench shows a thruster and no motion: these stand here for one to come".into());
+                    words.push(
+                        "a bench shows a thruster and no motion: these are listed for runs with motion to come".into(),
+                    );
                 }
                 true => {}
             }
@@ -129,9 +133,9 @@ impl Chosen {
         words.splice(0..0, absent.into_iter().map(|(dof, why)| format!("{dof}{out}: {why}")));
         let mut idle = None;
         if is_unread {
-            words.push("no log could be read: these stand here as an example".into());
+            words.push("no log could be read: these are listed as an example".into());
         } else if is_idle {
-            words.push(format!("{IDLE}; those that are measured or driven stand here all the same"));
+            words.push(format!("{IDLE}; those that are measured or driven are listed all the same"));
             let moving: Vec<&str> = measured_all.iter().map(|dof: &Dof| dof.force()).collect();
             let of = if moving.is_empty() { "tau_u or V1".into() } else { format!("{} or V1", moving.join(", ")) };
             idle =

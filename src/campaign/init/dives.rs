@@ -41,14 +41,15 @@ pub fn reason(logs: &[&Understood]) -> String {
     let why: Vec<Why> = pairs.collect();
     let is = |wanted: Why| why.iter().all(|w| *w == wanted);
     match () {
-        () if is(Why::Stamps) => "by their stamps of a wall clock".into(),
+        () if is(Why::Stamps) => "by their wall-clock stamps".into(),
         () if why.contains(&Why::Names) => {
-            "with doubt: their clocks begin at their own zero, and their names are alike (separate dives are one [[run]] each)".into()
-        }
-        () => {
-            "with doubt: their clocks begin at their own zero, and they begin and end together (separate dives are one [[run]] each)"
+            "with doubt: their clocks start at their own zero, and their names are similar (separate dives need one \
+             [[run]] each)"
                 .into()
         }
+        () => "with doubt: their clocks start at their own zero, and they start and end together (separate dives need \
+             one [[run]] each)"
+            .into(),
     }
 }
 

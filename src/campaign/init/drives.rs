@@ -84,7 +84,7 @@ fn other_columns(
     if !idle.is_empty() && moving > 0 && by_number && counts {
         let told = |k: &usize| format!("{:?} ({})", log.commands[*k].header, values(*k).next().unwrap_or_default());
         remark = Some(format!(
-            "guessed: no thruster is behind a channel that never changes: {}. Where one is, number the thrusters in \
+            "guessed: a channel that never changes belongs to no thruster: {}. If it does, number the thrusters in \
              [log.columns] or give the vehicle with --vehicle",
             idle.iter().map(told).collect::<Vec<_>>().join(", ")
         ));
@@ -98,7 +98,8 @@ fn other_columns(
     if (moving == 0 || (0..log.commands.len()).all(is_steady)) && thrusters.is_none() && is_steered(logs) {
         let headers: Vec<&str> = log.commands.iter().map(|column| column.header.as_str()).collect();
         remark = Some(format!(
-            "guessed: what {} pushes with is one force, for it does not change in any log: no thruster is made of it",
+            "guessed: the thrust of {} is one constant force, because the command does not change in any log: no \
+             thruster is made of it",
             headers.join(", ")
         ));
         kept.clear();
@@ -120,10 +121,8 @@ pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
     let turning = |log: &&Understood| log.kind == Some(Kind::Turns);
     let most = logs.iter().filter(turning).map(|log| greatest(&signals(log))).fold(0.0, f64::max);
     let turns = match full_rpm {
-        Some(full) => Some((1.0 / full, format!("turns a minute as a part of {full}, full_rpm of the vehicle"))),
-        None if most > 0.0 => {
-            Some((1.0 / most, format!("turns a minute as a part of {most}, the greatest of all logs")))
-        }
+        Some(full) => Some((1.0 / full, format!("rpm as a fraction of {full}, full_rpm of the vehicle"))),
+        None if most > 0.0 => Some((1.0 / most, format!("rpm as a fraction of {most}, the largest of all logs"))),
         None => None,
     };
     for log in logs {

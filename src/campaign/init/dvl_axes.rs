@@ -27,7 +27,8 @@ pub fn settle(logs: &mut [Understood]) {
         match told {
             Some((turns, shown)) if turns < 0.0 => {
                 logs[k].options.body_frame = BodyFrame::Flu;
-                let why = format!("{field:?} falls where the depth of {shown} grows: forward, port, up, the axes of ROS");
+                let why =
+                    format!("{field:?} decreases where the depth of {shown} grows: forward, port, up, the axes of ROS");
                 logs[k].guess("body_frame", why);
             }
             Some((_, shown)) => {
@@ -35,8 +36,8 @@ pub fn settle(logs: &mut [Understood]) {
                 logs[k].remarks.push(format!("guessed: body_frame = \"frd\": {why}"));
             }
             None => logs[k].remarks.push(format!(
-                "guessed: body_frame = \"frd\", with doubt: {field:?} and its like are taken in the axes of a DVL, forward, starboard, \
-                 down (body_frame = \"flu\" where they are those of ROS: forward, port, up)"
+                "guessed: body_frame = \"frd\", with doubt: {field:?} and the like are assumed to be in the axes of a \
+                 DVL, forward, starboard, down (body_frame = \"flu\" if they are those of ROS: forward, port, up)"
             )),
         }
     }

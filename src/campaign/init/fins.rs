@@ -33,5 +33,5 @@ fn turn_round(log: &mut Understood, channel: &str) {
     source.sign = -source.sign;
     let key = format!("columns.{channel}");
     let before = log.reasons.get(&key).map_or(String::new(), |why| format!("{why}; "));
-    log.guess(key, format!("{before}turned round: a positive angle turns the vehicle the other way than here"));
+    log.guess(key, format!("{before}sign reversed: in the log a positive angle turns the vehicle the other way"));
 }

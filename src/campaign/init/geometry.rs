@@ -21,28 +21,25 @@ fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
         _ => None,
     };
     match commands.len() {
-        1 => (vec![([-0.5, 0.0, 0.0], ahead)], "one thruster: taken to push ahead on the centre line".into()),
+        1 => (vec![([-0.5, 0.0, 0.0], ahead)], "one thruster: assumed to push ahead on the centre line".into()),
         2 if commands.iter().all(|c| side(c).is_some()) => {
             let place = |c: &Column| ([-0.3, side(c).unwrap_or(0.0), 0.0], ahead);
-            (
-                commands.iter().map(place).collect(),
-                "sides as the names say; 0.2 m off the centre line is assumed".into(),
-            )
+            (commands.iter().map(place).collect(), "sides as in the names; 0.2 m off the centre line is assumed".into())
         }
         2 => (
             vec![([-0.3, -0.2, 0.0], ahead), ([-0.3, 0.2, 0.0], ahead)],
-            "two thrusters: the first taken as the port one, both ahead, 0.2 m off the centre line".into(),
+            "two thrusters: the first assumed to be the port one, both push ahead, 0.2 m off the centre line".into(),
         ),
         3 => (
             vec![([-0.15, -0.15, 0.0], ahead), ([-0.15, 0.15, 0.0], ahead), ([0.0; 3], [0.0, 0.0, 1.0])],
-            "three thrusters: taken as port, starboard and vertical".into(),
+            "three thrusters: assumed to be port, starboard and vertical".into(),
         ),
-        4 => (of("bluerov2")[..4].to_vec(), "four thrusters: taken as the horizontal ones of a BlueROV2".into()),
-        6 => (of("bluerov2"), "six thrusters: taken as those of a BlueROV2".into()),
-        8 => (of("bluerov2-heavy"), "eight thrusters: taken as those of a BlueROV2 Heavy".into()),
+        4 => (of("bluerov2")[..4].to_vec(), "four thrusters: assumed to be the horizontal ones of a BlueROV2".into()),
+        6 => (of("bluerov2"), "six thrusters: assumed to be those of a BlueROV2".into()),
+        8 => (of("bluerov2-heavy"), "eight thrusters: assumed to be those of a BlueROV2 Heavy".into()),
         n => (
             vec![([0.0; 3], ahead); n],
-            format!("{n} thrusters: nothing is known of them, all are taken to push ahead"),
+            format!("{n} thrusters: nothing is known of them, all are assumed to push ahead"),
         ),
     }
 }
@@ -80,7 +77,8 @@ impl Full {
         match self {
             Full::T200 => "that of a T200 at 16 V",
             Full::Hull(_) => {
-                "the drag of a streamlined hull of this mass at the greatest speed of the logs, right within a factor of two"
+                "the drag of a streamlined hull of this mass at the highest speed of the logs, correct within a factor \
+                 of two"
             }
         }
     }
@@ -89,7 +87,7 @@ impl Full {
 /// The thrust curve that reaches `full` at the `greatest` command, in the unit of the command, with
 /// the reason.
 fn curve(kind: Kind, greatest: f64, full: &Full) -> (String, String) {
-    let of = |what: &str| format!("thrust grows with the square of {what}; at the greatest of this log {}", full.why());
+    let of = |what: &str| format!("thrust grows with the square of {what}; at the largest of this log {}", full.why());
     let lines = |[ahead, astern]: [String; 2]| {
         format!("forward = {{ a = {ahead}, b = 0.0 }}\nreverse = {{ a = {astern}, b = 0.0 }}\n")
     };
@@ -102,7 +100,7 @@ fn curve(kind: Kind, greatest: f64, full: &Full) -> (String, String) {
         (_, Full::Hull(force)) => (lines([*force; 2].map(|force| format!("{force:.1}"))), of("the command")),
         (_, Full::T200) => (
             "forward = { a = 36.3, b = 23.3 }\nreverse = { a = 25.0, b = 20.7 }\ndeadband = 0.074\n".into(),
-            "a T200 at 16 V; write those of your thrusters, or bollard = \"table.csv\" of a bollard-pull test".into(),
+            "a T200 at 16 V; enter those of your thrusters, or bollard = \"table.csv\" of a bollard-pull test".into(),
         ),
     }
 }
@@ -119,7 +117,9 @@ pub fn tables(
 ) -> String {
     let (places, why) = placed(commands);
     let mut text = format!(
-        "\n# guessed: where the thrusters sit and point ({why}).\n# Masses and drags come out in units of the thrust that stands here: measure positions (m, body axes), axes and thrust, and\n# put them right, or give the vehicle with --vehicle.\n"
+        "\n# guessed: where the thrusters sit and point ({why}).\n# Masses and drags scale with the thrust that is \
+         given here: measure positions (m, body axes), axes and thrust, and\n# correct them, or give the vehicle with \
+         --vehicle.\n"
     );
     if kind == Kind::Force {
         text += "# The log has forces; the curves below are not used.\n";

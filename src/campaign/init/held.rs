@@ -29,20 +29,20 @@ const STAYS: f64 = 0.4;
 /// Whether commands are held, with the reason; no reason if nothing tells.
 pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
-        return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
+        return (true, Some("the commands have their own time stamps, as if each change is logged".into()));
     }
     let step = logs.iter().find_map(step);
     let told = step.and_then(|step| Some((between_rows(logs.iter().map(|log| &log.run), step)?, step)));
     if let Some((told, step)) = told {
         let why = format!(
-            "the motion comes {} s behind commands on lines between the rows; held ones would make it {}",
+            "the motion lags linearly interpolated commands by {} s; held commands would make it {}",
             short(told.delay, 2),
             short(0.5 * step, 3)
         );
         return (told.held, Some(why));
     }
     let stays = logs.iter().map(stays).fold(0.0, f64::max);
-    let told = || format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * stays);
+    let told = || format!("in {:.0} % of the rows a command equals that of the previous row", 100.0 * stays);
     (stays > STAYS, (stays > STAYS).then(told))
 }
 
@@ -115,7 +115,7 @@ mod tests {
         for is_held in [true, false] {
             let (found, why) = sailed(is_held, "u");
             let why = why.unwrap();
-            assert!(found == is_held && why.starts_with("the motion comes"), "{is_held}: {found}, {why}");
+            assert!(found == is_held && why.starts_with("the motion lags"), "{is_held}: {found}, {why}");
         }
         // a turn rate alone is not used: the motion along the axes is not known
         assert!(sailed(false, "r").1.is_some_and(|why| why.starts_with("in 98 % of the rows")));

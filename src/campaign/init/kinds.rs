@@ -17,7 +17,7 @@ pub fn of(logs: &[&Understood]) -> (&'static str, Option<String>) {
     let loaded: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| signal(dof.load()).is_some()).collect();
     if loaded.is_empty() {
         let moves = Dof::ALL.iter().any(|dof| signal(dof.velocity()).or(signal(dof.position())).is_some());
-        let why = "a command and a force, and nothing that moves: one thruster on a bench";
+        let why = "a command and a force, but no motion: one thruster on a bench";
         let is_bench = signal("force").is_some() && !moves;
         return if is_bench { ("bench", Some(why.into())) } else { ("free", None) };
     }
@@ -37,7 +37,7 @@ pub fn of(logs: &[&Understood]) -> (&'static str, Option<String>) {
     match (moving.is_empty(), commands.is_empty()) {
         (false, true) => {
             let moving = moving.join(", ");
-            ("towing", Some(format!("{loads} and {moving}, and no command: it is towed")))
+            ("towing", Some(format!("{loads} and {moving}, but no command: it is towed")))
         }
         (false, false) => {
             let (moving, commands) = (moving.join(", "), commands.join(", "));
@@ -47,8 +47,8 @@ pub fn of(logs: &[&Understood]) -> (&'static str, Option<String>) {
             );
             ("towing", Some(text))
         }
-        (true, false) => ("bollard", Some(format!("{loads} and a command, and nothing moves: it is held"))),
-        (true, true) => ("bollard", Some(format!("with doubt: {loads}, and neither a command nor a speed"))),
+        (true, false) => ("bollard", Some(format!("{loads} and a command, but no motion: it is held"))),
+        (true, true) => ("bollard", Some(format!("with doubt: {loads}, but neither a command nor a speed"))),
     }
 }
 

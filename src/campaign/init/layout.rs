@@ -54,8 +54,8 @@ fn no_csv(bytes: &[u8]) -> Option<String> {
         )),
         Opening::Other(name) => Some(format!("this is {name}, not UTF-8 text; convert or unpack it first")),
         Opening::Text(_) if bytes.contains(&0) => Some(
-            "this is no text, and its first bytes are those of no log that is known; the command of the Python package \
-             reads some formats by the file's name (.mat, .bin)"
+            "this is not text, and its first bytes are not those of a known log format; the command of the Python \
+             package reads some formats by the file's name (.mat, .bin)"
                 .into(),
         ),
         Opening::Text(_) => None,
@@ -253,7 +253,7 @@ mod tests {
         );
         assert!(no_csv(b"PAR1").is_some_and(|why| why.contains("Parquet")));
         assert!(no_csv(b"\x1f\x8b\x08").is_some_and(|why| why.contains("gzip")));
-        assert!(no_csv(&[0; 20]).is_some_and(|why| why.contains("no text")));
+        assert!(no_csv(&[0; 20]).is_some_and(|why| why.contains("not text")));
         assert_eq!(no_csv(b"t,u\n0,1\n"), None);
     }
 

@@ -24,8 +24,8 @@ pub fn settle(logs: &mut [Understood]) {
             }
             let key = format!("columns.{channel}");
             let text = format!(
-                "it stays within ±1, a part of the full command, and is taken in {unit}: masses and drags come out in units of the \
-                 full one (scale = … of {channel} says how many {unit} that is)"
+                "it stays within ±1, a fraction of the full command, and is read in {unit}: masses and drags come out \
+                 in units of the full command (scale = … of {channel} says how many {unit} that is)"
             );
             match log.reasons.get(&key).cloned() {
                 Some(reason) => log.guess(key, format!("{reason}; {text}")),

@@ -24,7 +24,8 @@ pub fn of(known: &KnownVehicle, dofs: &[Dof]) -> String {
         Err(error) => return format!("# The published parameters of this vehicle cannot be read: {error}\n"),
     };
     let mut text = format!(
-        "\n# Published parameters of this vehicle ({}) as priors: take the marks off those that you trust.\n# `hydrosysid compare CAMPAIGN --params {}` holds all of them against your logs.\n",
+        "\n# Published parameters of this vehicle ({}) as priors: uncomment those that you trust.\n# `hydrosysid \
+         compare CAMPAIGN --params {}` compares all of them with your logs.\n",
         published.source, known.id
     );
     for (term, name, value, std) in published.values() {

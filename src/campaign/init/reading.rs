@@ -125,19 +125,17 @@ impl Understood {
     fn lay_out(&mut self, layout: &Layout, given: &LogOptions) {
         if layout.delimiter != given.delimiter {
             self.options.delimiter = layout.delimiter;
-            self.guess("delimiter", "header and rows split evenly at it");
+            self.guess("delimiter", "header and rows split into equally many fields at it");
         }
         if layout.decimal != given.decimal {
             self.options.decimal = layout.decimal;
-            self.guess("decimal", "numbers hold a comma and no point");
+            self.guess("decimal", "numbers contain a comma and no point");
         }
         if layout.comment != given.comment {
             self.options.comment.clone_from(&layout.comment);
             let why = match layout.two_headers {
-                true => {
-                    "of two header lines the first says where the columns come from: it is passed over for the second"
-                }
-                false => "lines before the header begin with it",
+                true => "of two header lines the first says where the columns come from: it is skipped",
+                false => "lines before the header start with it",
             };
             self.guess("comment", why);
         }
@@ -213,7 +211,7 @@ impl Understood {
                     self.choices.entry(channel.to_string()).or_default().push(other);
                     continue;
                 }
-                self.remarks.push(format!("{header:?} could be {channel} as well: {channel} = {header:?}"));
+                self.remarks.push(format!("{header:?} could also be {channel}: {channel} = {header:?}"));
                 continue;
             }
             own.push(meaning.channel.to_string());
@@ -238,7 +236,7 @@ impl Understood {
         self.drive(&driven, given);
         if !left.is_empty() {
             let list: Vec<String> = left.iter().map(|h| format!("{h:?}")).collect();
-            self.remarks.push(format!("not placed, kept under their own names: {}", list.join(", ")));
+            self.remarks.push(format!("not recognised, kept under their own names: {}", list.join(", ")));
         }
     }
 
@@ -266,11 +264,11 @@ impl Understood {
         let usual = LogOptions::default();
         let unsaid = self.given.body_frame == usual.body_frame && self.given.earth_frame == usual.earth_frame;
         let Some(field) = ros::field(&layout.headers).filter(|_| unsaid) else { return };
-        let why = format!("{field:?} is a field of a message of ROS, whose axes are taken as those of REP 103");
+        let why = format!("{field:?} is a field of a ROS message, whose axes are assumed to be those of REP 103");
         self.options.body_frame = BodyFrame::Flu;
-        self.guess("body_frame", format!("{why}: forward, port, up (\"frd\" where they are forward, starboard, down)"));
+        self.guess("body_frame", format!("{why}: forward, port, up (\"frd\" if they are forward, starboard, down)"));
         self.options.earth_frame = EarthFrame::Enu;
-        self.guess("earth_frame", format!("{why}: east, north, up (\"ned\" where they are north, east, down)"));
+        self.guess("earth_frame", format!("{why}: east, north, up (\"ned\" if they are north, east, down)"));
     }
 
     /// Sets the velocity reference to water if a velocity's name says that it is measured through
@@ -298,7 +296,10 @@ impl Understood {
             return;
         }
         self.reasons.remove("columns.theta");
-        self.guess("columns.psi", format!("{:?} stands beside x and y and no other angle: the heading", source.name));
+        self.guess(
+            "columns.psi",
+            format!("{:?} stands next to x and y without another angle: the heading", source.name),
+        );
         self.options.columns.insert("psi".into(), source);
     }
 
@@ -327,7 +328,7 @@ impl Understood {
         }
         let chosen = commands::chosen(driven);
         for other in driven.iter().filter(|c| !chosen.contains(c)) {
-            self.remarks.push(format!("{:?} may be a command too and is not used", other.header));
+            self.remarks.push(format!("{:?} may also be a command and is not used", other.header));
         }
         self.assign(chosen);
     }
@@ -352,7 +353,7 @@ impl Understood {
             let unit = words::of(&column.header).unit;
             let (source, mut how) = units::source(&channel, &column.header, unit.as_deref(), 1);
             if commands::is_force_by_name(column) {
-                how += "; its name says no unit: N is taken";
+                how += "; its name gives no unit: N is assumed";
             }
             if columns::split_header(&column.header).0 != channel
                 || source != ColumnSource::from(column.header.as_str())

@@ -60,7 +60,7 @@ fn velocity(this: &mut Understood, channel: &str, most: f64) {
         return;
     }
     let (unit, other) = if most > CENTIMETRES { ("mm/s", None) } else { ("cm/s", Some("mm/s")) };
-    set(this, channel, unit, &format!("velocities of this name go to {most:.0}, which in m/s no vehicle does"));
+    set(this, channel, unit, &format!("velocities of this name reach {most:.0}, impossible for a vehicle in m/s"));
     if let Some(other) = other {
         let source = ColumnSource { unit: Some(other.into()), ..this.options.columns[channel].clone() };
         this.choices.entry(channel.into()).or_default().push(source);
@@ -76,7 +76,8 @@ fn position(this: &mut Understood, channel: &str) {
         return;
     }
     let doubt = format!(
-        "with doubt: as metres it goes {speed:.0} m/s, which no vehicle does: another unit (scale = 0.001 of mm), or no position"
+        "with doubt: in metres it moves at {speed:.0} m/s, impossible for a vehicle: another unit (scale = 0.001 for \
+         mm), or not a position"
     );
     match this.reasons.get(&key).cloned() {
         Some(reason) => this.guess(key, format!("{reason}, {doubt}")),

@@ -34,7 +34,7 @@ impl Understood {
                 left.retain(|h| *h != header);
                 self.options.columns.retain(|_, source| source.name != header);
                 self.options.columns.insert("t".into(), ColumnSource::from(header.as_str()));
-                self.guess("columns.t", format!("{header:?} grows in each row, and no column is called time"));
+                self.guess("columns.t", format!("{header:?} grows in each row, and no column is named time"));
                 own.push("t".into());
             }
         }
@@ -68,8 +68,9 @@ impl Understood {
         let of = |wanted: &[&str]| layout.headers.iter().find(|h| names(&words::of(h), wanted));
         let (command, force) = (of(COMMAND).or_else(|| Some(&self.commands.first()?.header))?, of(FORCE)?);
         Some(format!(
-            "no column is a time: a table of a thruster (command {command:?}, force {force:?}), and no run. With the columns V1 and \
-             force and their units, as V1 [us] and force [N], it is the bollard table of a [[thruster]]: bollard = {:?}",
+            "no column is a time: a table of a thruster (command {command:?}, force {force:?}), not a run. With the \
+             columns V1 and force and their units, as V1 [us] and force [N], it is the bollard table of a \
+             [[thruster]]: bollard = {:?}",
             self.shown
         ))
     }

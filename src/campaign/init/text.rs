@@ -59,7 +59,8 @@ impl Draft<'_> {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
         let chosen = Chosen::of(self.logs, &known);
-        let mut text = format!("{HEAD}\n# `# guessed:` say what was guessed and why: read them through.\nformat = 1\n");
+        let mut text =
+            format!("{HEAD}\n# `# guessed:` say what was guessed and why: check each of them.\nformat = 1\n");
         for guess in &self.request.learned.guessed {
             let _ = writeln!(text, "# guessed: {guess}");
         }
@@ -68,7 +69,7 @@ impl Draft<'_> {
         text += &thrusters;
         let common = self.common();
         text += &self.log_table(&common);
-        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
+        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\": one common unknown\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
         text += &self.mass_of_hull(&chosen);
         let roles = self.roles(&chosen.dofs);
@@ -82,10 +83,11 @@ impl Draft<'_> {
     /// known: the dry mass and 5 % of added mass.
     fn mass_of_hull(&self, chosen: &Chosen) -> String {
         let Some(mass) = self.mass_for_scale(chosen) else { return String::new() };
-        let why = if chosen.pushed { "no force is known" } else { "what the hull takes of the thrust is not known" };
+        let why = if chosen.pushed { "no force is known" } else { "the loss of thrust at the hull is not known" };
         // added mass over mass: 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
         format!(
-            "\n# guessed: the scale of all masses and drags, as {why}: a long hull drags 5 % of its mass along\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
+            "\n# guessed: the scale of all masses and drags, as {why}: the added mass of a long hull is assumed to be \
+             5 % of its mass\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
             quoted(&name_of(id::INERTIA, Place::at(Dof::Surge))),
             1.05 * mass,
             0.05 * mass
@@ -121,7 +123,7 @@ impl Draft<'_> {
         for (log, fields) in self.request.learned.not_placed.iter().filter(|(_, fields)| !fields.is_empty()) {
             let _ = writeln!(
                 text,
-                "\n# Not placed, and not in {log}; `init … --log 'columns.NAME = \"STREAM:FIELD\"'` takes a field:"
+                "\n# Not recognised, and not in {log}; `init … --log 'columns.NAME = \"STREAM:FIELD\"'` reads a field:"
             );
             for line in fields {
                 let _ = writeln!(text, "#   {line}");
@@ -175,12 +177,12 @@ impl Draft<'_> {
         if let Some((known, _)) = self.vehicle {
             let mut text = sections(&known.text, |name| name == "thruster");
             for (k, _) in self.request.learned.directions.iter().enumerate().filter(|(_, d)| **d < 0) {
-                let why = format!("the log's MOT_{}_DIRECTION = -1: this thruster runs the other way", k + 1);
+                let why = format!("the log's MOT_{}_DIRECTION = -1: this thruster runs in reverse", k + 1);
                 text = with_thruster_value(&text, k, "span", |span| -span, &why);
             }
             for (k, neutral) in self.request.learned.neutral.iter().enumerate() {
                 if let Some(neutral) = neutral {
-                    let why = format!("the log's SERVOn_TRIM of thruster {} is where its output rests", k + 1);
+                    let why = format!("the log's SERVOn_TRIM of thruster {} is where its output is at rest", k + 1);
                     text = with_thruster_value(&text, k, "neutral", |_| *neutral, &why);
                 }
             }
@@ -199,7 +201,8 @@ impl Draft<'_> {
             let commented: String =
                 tables.lines().map(|line| format!("# {}\n", line.trim_start_matches("# "))).collect();
             return format!(
-                "\n# The log has tau_*: thrusters are not needed. With these tables their commands would be taken instead:\n{commented}"
+                "\n# The log has tau_*: thrusters are not needed. With these tables their commands would be used \
+                 instead:\n{commented}"
             );
         }
         tables
@@ -238,10 +241,10 @@ impl Draft<'_> {
             let says = |of: fn(&Thruster) -> Option<f64>| thrusters.get(k).is_none_or(|t| of(t).is_some());
             let mut lines = String::new();
             if !says(|t| t.neutral) {
-                let _ = writeln!(lines, "# guessed: the vehicle file says no neutral: {why}\nneutral = {neutral:?}");
+                let _ = writeln!(lines, "# guessed: the vehicle file gives no neutral: {why}\nneutral = {neutral:?}");
             }
             if !says(|t| t.span) {
-                let _ = writeln!(lines, "# guessed: the vehicle file says no span: {why}\nspan = {span:?}");
+                let _ = writeln!(lines, "# guessed: the vehicle file gives no span: {why}\nspan = {span:?}");
             }
             lines
         })
@@ -311,7 +314,8 @@ impl Draft<'_> {
             let _ = writeln!(text, "# guessed: {word}");
         }
         if columns::is_either_way(logged_by_all) {
-            text += "# guessed: wind_dir is where the wind blows from; where it blows to, write wind_to_surge for wind_surge, and so on\n";
+            text += "# guessed: wind_dir is where the wind blows from; if it is where it blows to, write \
+                     wind_to_surge for wind_surge, and so on\n";
         }
         let _ = writeln!(
             text,
@@ -324,7 +328,7 @@ impl Draft<'_> {
             let names: Vec<String> = chosen.undriven.iter().map(|dof| format!("\"{dof}\"")).collect();
             let _ = writeln!(
                 text,
-                "undriven = [{}]   # nothing commands them: a log without their force is one in which it is nothing",
+                "undriven = [{}]   # nothing commands them: in a log without their force, it is zero",
                 names.join(", ")
             );
         }
@@ -355,10 +359,14 @@ impl Draft<'_> {
     }
 
     fn log_table(&self, common: &Common) -> String {
-        let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what u, v, w are measured against: \"ground\" | \"water\"\n".to_string();
+        let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity \
+                        (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what \
+                        u, v, w are relative to: \"ground\" | \"water\"\n"
+            .to_string();
         let has = |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         if has("x") && has("y") && !(has("u") && has("v")) && self.given.position_source.is_none() {
-            text += "# guessed: no log has u and v, so that north and east are a measurement of their own\nposition_source = \"independent\"\n";
+            text += "# guessed: no log has u and v, so north and east must be measured \
+                     independently\nposition_source = \"independent\"\n";
         }
         text + &common.text("log")
     }
@@ -406,7 +414,8 @@ impl Draft<'_> {
             "kind = \"{kind}\"   # bollard | bench | towing | constant_velocity | oscillatory | zigzag | free"
         );
         if self.dives.len() >= 3 {
-            text += "# guessed: every third run takes no part in the fit, where others move the same and go as far\n";
+            text += "# guessed: every third run takes no part in the fit, where other runs move the same degrees of \
+                     freedom as far\n";
         }
         let _ = writeln!(text, "role = \"{role}\"   # train | validate: takes no part in the fit");
         for stretch in logs.iter().filter_map(|l| self.request.learned.closed_loop.get(&l.shown)).flatten() {

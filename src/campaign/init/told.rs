@@ -79,14 +79,14 @@ impl Understood {
             for name in sources {
                 let Some((header, words)) = told.of.get(name) else { continue };
                 let (mut source, _) = units::source(name, header, words.unit.as_deref(), 1);
-                let mut why = format!("{header:?} is {name} by its name; together they tell {}", gives.join(", "));
+                let mut why = format!("{header:?} is {name} by its name; together they give {}", gives.join(", "));
                 if *name == "latitude" || *name == "longitude" {
                     if layout.greatest(header) > NO_DEGREES {
                         source.scale = 1e-7;
-                        why += "; numbers of that size are 1e-7 degrees";
+                        why += "; numbers of that size are in 1e-7 degrees";
                     }
                 } else if told.of.get("qw").is_some_and(|(_, words)| words.words.last().is_some_and(|w| w == "0")) {
-                    why += "; the first of the four is taken for w";
+                    why += "; the first of the four is assumed to be w";
                 }
                 self.options.columns.insert((*name).to_string(), source);
                 self.guess(format!("columns.{name}"), why);
@@ -115,7 +115,7 @@ impl Understood {
         let (source, how) = units::source("u", speed, speed_words.unit.as_deref(), 1);
         let how = match speed_words.unit {
             Some(_) => how,
-            None => "; m/s is taken, its name says no unit (unit = \"kn\" where they are knots)".to_string(),
+            None => "; m/s is assumed, its name gives no unit (unit = \"kn\" if they are knots)".to_string(),
         };
         self.options.columns.remove("u");
         self.reasons.remove("columns.u");
@@ -127,7 +127,7 @@ impl Understood {
         self.options.columns.insert("sog".into(), source);
         self.guess(
             "columns.sog",
-            format!("{speed:?} is the speed over ground by its name; with the course it tells u, v{how}"),
+            format!("{speed:?} is the speed over ground by its name; with the course it gives u, v{how}"),
         );
         let (source, _) = units::source("cog", course, course_words.unit.as_deref(), 1);
         self.options.columns.insert("cog".into(), source);

@@ -67,9 +67,9 @@ pub fn settle(logs: &mut [Understood]) {
                 Some(Told::Degrees(why)) if is_degrees => why,
                 Some(Told::Radians(why)) if !is_degrees => why,
                 Some(Told::Degrees(why) | Told::Radians(why)) => {
-                    format!("as in most logs with this column, with doubt: of this log {why}")
+                    format!("as in most logs with this column, but with doubt: in this log {why}")
                 }
-                None => format!("the column of this name in {shown} is"),
+                None => format!("as the column of this name in {shown}"),
             };
             if is_said {
                 set(&mut logs[k], "psi", if is_degrees { "deg" } else { "rad" }, &why);
@@ -105,7 +105,7 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
     // taken as degrees, a heading in radians has small values: unwrapping finds no jump in it
     let of_rate = rate.and_then(|r| ratio(psi, r, PI / 180.0, STEP)).map(|k| k.abs() * 180.0 / PI);
     if let Some(k) = of_rate.filter(|_| !unit_is_open("r", this)) {
-        let said = |is: &str| format!("it turns {k:.3} times the integral of r, whose unit is known: {is}");
+        let said = |is: &str| format!("it is {k:.3} times the integral of r, whose unit is known: {is}");
         if ONE_KIND.contains(&k) {
             return Some(Told::Radians(said("radians")));
         }
@@ -113,7 +113,7 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
             return Some(Told::Degrees(said("degrees")));
         }
     }
-    let way = |is: &str| format!("the velocity over x, y turns as psi does in {is}");
+    let way = |is: &str| format!("the velocity over x, y turns as much as psi does in {is}");
     if turns_of_way(log, PI / 180.0).is_some_and(|turns| turns < 0.1) {
         return Some(Told::Radians(way("radians")));
     }
@@ -122,22 +122,22 @@ fn told(this: &Understood, log: &LogFile) -> Option<Told> {
     }
     let one_kind = of_rate.is_some_and(|k| ONE_KIND.contains(&k));
     if let Some(r) = rate.filter(|r| one_kind && most(r) > TOO_FAST) {
-        return Some(Told::Degrees(format!("its rate goes to {:.0}, which in rad/s no vehicle does", most(r))));
+        return Some(Told::Degrees(format!("its rate reaches {:.0}, impossible for a vehicle in rad/s", most(r))));
     }
     // ψ and r are of different kinds: the ratio tells which one is in degrees
     if let Some(k) = of_rate.filter(|k| ONE_KIND.contains(&(k * PI / 180.0))) {
-        return Some(Told::Degrees(format!("it turns {k:.1} times the integral of r")));
+        return Some(Told::Degrees(format!("it is {k:.1} times the integral of r")));
     }
     if let Some(k) = of_rate.filter(|k| ONE_KIND.contains(&(k * 180.0 / PI))) {
-        return Some(Told::Radians(format!("it turns {k:.3} times the integral of r")));
+        return Some(Told::Radians(format!("it is {k:.3} times the integral of r")));
     }
     let tilt = [Dof::Roll, Dof::Pitch].into_iter().filter_map(|dof| log.signals.get(dof.position())).map(most);
     let open = [Dof::Roll, Dof::Pitch].iter().any(|dof| unit_is_open(dof.position(), this));
     if tilt.fold(0.0, f64::max) > UPRIGHT && open {
-        return Some(Told::Degrees("the other angles of this log are".into()));
+        return Some(Told::Degrees("as the other angles of this log".into()));
     }
     (rate.is_none() && turns_too_fast(psi)).then(|| {
-        Told::Degrees(format!("it goes to {:.0}, and as radians it would turn faster than any vehicle", most(psi)))
+        Told::Degrees(format!("it reaches {:.0}, and in radians it would turn faster than any vehicle", most(psi)))
     })
 }
 
@@ -168,7 +168,7 @@ fn doubt(logs: &mut [Understood], group: &[usize]) {
         return;
     }
     for k in group {
-        let why = format!("with doubt: it goes to {far:.0}, and nothing else tells degrees from radians");
+        let why = format!("with doubt: it reaches {far:.0}, and nothing else tells degrees from radians");
         set(&mut logs[*k], "psi", "deg", &why);
         let name = header(&logs[*k]);
         let other = ColumnSource { unit: Some("rad".into()), ..ColumnSource::from(name.as_str()) };
@@ -176,12 +176,7 @@ fn doubt(logs: &mut [Understood], group: &[usize]) {
         let signals = logs[*k].log.as_ref().map(|log| (&log.signals["psi"], log.signals.get("r")));
         let turns = signals.and_then(|(psi, r)| ratio(psi, r?, PI / 180.0, STEP)).map(|k| k.abs() * 180.0 / PI);
         if turns.is_some_and(|k| ONE_KIND.contains(&k)) && unit_is_open("r", &logs[*k]) {
-            set(
-                &mut logs[*k],
-                "r",
-                "deg/s",
-                "with doubt: the turn of psi is its integral, so that both are of one kind",
-            );
+            set(&mut logs[*k], "r", "deg/s", "with doubt: psi is its integral, so both use the same angle unit");
             let name = logs[*k].options.columns["r"].name.clone();
             let other = ColumnSource { unit: Some("rad/s".into()), ..ColumnSource::from(name.as_str()) };
             logs[*k].choices.entry("r".into()).or_default().push(other);

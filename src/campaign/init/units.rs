@@ -88,8 +88,8 @@ pub fn unknown<'a>(quantities: &[Quantity], header: &str, unit: Option<&'a str>)
 pub fn left_out(channel: &str, header: &str, unit: &str) -> String {
     let usual = columns::quantity(channel).and_then(|q| q.units().first()).map_or("", |u| u.name);
     format!(
-        "{header:?} would be {channel} by its name and is left out: the unit {unit:?} is not known. Write columns.{channel} = \
-         {{ name = {header:?}, unit = {usual:?}, scale = … }}, the scale being what one {unit} is in {usual}"
+        "{header:?} would be {channel} by its name and is left out: the unit {unit:?} is not known. Write \
+         columns.{channel} = {{ name = {header:?}, unit = {usual:?}, scale = … }}, where scale is one {unit} in {usual}"
     )
 }
 
@@ -110,16 +110,16 @@ pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (Col
         let usual = quantity.units().first().is_some_and(|u| u.name == known.name);
         if bracketed.is_none() && !usual {
             source.unit = Some(known.name.into());
-            how += &format!("; {} as the name says", known.name);
+            how += &format!("; {} according to the name", known.name);
         }
     } else if let Some((to, factor)) = other(quantity, unit) {
         source.unit = Some(to.into());
         source.scale = factor;
-        how += &format!("; from {unit} by the factor {factor:.6}");
+        how += &format!("; from {unit} with the factor {factor:.6}");
     } else if bracketed.is_none() {
         let usual = quantity.units().first().map_or("", |u| u.name);
         source.unit = Some(usual.into());
-        how += &format!("; the unit {unit:?} is not known, {usual} is taken");
+        how += &format!("; the unit {unit:?} is not known, {usual} is assumed");
     }
     (source, how)
 }

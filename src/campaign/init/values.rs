@@ -58,8 +58,8 @@ pub fn counter(this: &mut Understood) -> bool {
     let counts = format!("{reason}; it counts rows");
     let Some(step) = row(this, &log) else {
         let text = format!(
-            "{counts}, and nothing tells their rate: a row a second is taken, which is hardly right. Write the time of a row, \
-             for 10 Hz columns.t = {{ name = {:?}, scale = 0.1 }}",
+            "{counts}, but their rate is unknown: one row per second is assumed, which is unlikely. Write the time per \
+             row, for 10 Hz columns.t = {{ name = {:?}, scale = 0.1 }}",
             source.name
         );
         this.guess("columns.t", text);
@@ -69,7 +69,7 @@ pub fn counter(this: &mut Understood) -> bool {
     let is_whole = whole >= 1.0 && (rate / whole - 1.0).abs() < WHOLE;
     let rate = if is_whole { whole } else { format!("{rate:.2e}").parse().unwrap_or(rate) };
     this.options.columns.insert("t".into(), ColumnSource { scale: 1.0 / rate, ..source });
-    this.guess("columns.t", format!("{counts}, {rate} a second: psi turns {step:.4} of the sum of r over the rows"));
+    this.guess("columns.t", format!("{counts}, {rate} a second: psi is {step:.4} times the sum of r over the rows"));
     true
 }
 
@@ -105,7 +105,7 @@ pub fn agree(logs: &mut [Understood]) {
             let same = log.options.columns.get(channel).map_or(channel, |s| s.name.as_str()) == header;
             let there = log.log.as_ref().is_some_and(|read| read.signals.contains_key(channel));
             if same && there && unit_is_open(channel, log) {
-                set(log, channel, &unit, &format!("the column of this name in {shown} is"));
+                set(log, channel, &unit, &format!("as the column of this name in {shown}"));
             }
         }
     }
@@ -137,14 +137,14 @@ fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     for name in [Dof::Roll, Dof::Pitch].map(Dof::position) {
         let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
         if most(signal) > turning::UPRIGHT {
-            set(this, name, "deg", &format!("it goes to {:.0}", most(signal)));
+            set(this, name, "deg", &format!("it reaches {:.0}", most(signal)));
             found = true;
         }
     }
     // all angles of a log have the same unit
     for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter(|_| found) {
         if log.signals.contains_key(dof.position()) && open(dof.position(), this) {
-            set(this, dof.position(), "deg", "the other angles of this log are");
+            set(this, dof.position(), "deg", "as the other angles of this log");
         }
     }
 }
@@ -154,7 +154,7 @@ fn deflections(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     for name in id::fins().map(|fin| fin.channel) {
         let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
         if most(signal) > std::f64::consts::FRAC_PI_2 {
-            set(this, name, "deg", &format!("it goes to {:.0}", most(signal)));
+            set(this, name, "deg", &format!("it reaches {:.0}", most(signal)));
         }
     }
 }
@@ -170,13 +170,13 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
         let related = log.signals.get(angle).and_then(|a| ratio(a, signal, before, STEP));
         match related {
             Some(k) if (1.0 / 75.0..1.0 / 45.0).contains(&k.abs()) && open(rate, this) => {
-                set(this, rate, "deg/s", &format!("the turn of {angle} is {:.3} of its integral", k.abs()));
+                set(this, rate, "deg/s", &format!("{angle} is {:.3} times its integral", k.abs()));
             }
             Some(k) if (45.0..75.0).contains(&k.abs()) && open(angle, this) => {
-                set(this, angle, "deg", &format!("it turns {:.1} times the integral of {rate}", k.abs()));
+                set(this, angle, "deg", &format!("it is {:.1} times the integral of {rate}", k.abs()));
             }
             None if open(rate, this) && most(signal) > TOO_FAST => {
-                set(this, rate, "deg/s", &format!("it goes to {:.0}, which in rad/s no vehicle does", most(signal)));
+                set(this, rate, "deg/s", &format!("it reaches {:.0}, impossible for a vehicle in rad/s", most(signal)));
             }
             _ => {}
         }
@@ -187,7 +187,7 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
             let source = this.options.columns.entry(rate.to_string()).or_insert_with(|| ColumnSource::from(rate));
             source.sign = -source.sign;
             let key = format!("columns.{rate}");
-            let why = format!("sign = {}: {angle} turns the other way, {k:.3} of its integral", source.sign);
+            let why = format!("sign = {}: {angle} turns the other way, {k:.3} times its integral", source.sign);
             let text = this.reasons.get(&key).map_or_else(|| format!("{rate}: {why}"), |r| format!("{r}; {why}"));
             this.guess(key, text);
         }

@@ -44,7 +44,7 @@ fn numbers(file: &ModelFile) -> Result<(), Wrong> {
             let key = || format!("parameter[{i}].std");
             finite(key, std)?;
             if std < 0.0 {
-                return Err((key(), format!("{std:?}: a standard deviation is not negative")));
+                return Err((key(), format!("{std:?}: a standard deviation must not be negative")));
             }
         }
     }
@@ -68,14 +68,14 @@ fn numbers(file: &ModelFile) -> Result<(), Wrong> {
 fn positive(key: String, value: f64, what: &str) -> Result<(), Wrong> {
     match value.is_finite() && value > 0.0 {
         true => Ok(()),
-        false => Err((key, format!("{value:?}: {what} is a positive number"))),
+        false => Err((key, format!("{value:?}: {what} must be a positive number"))),
     }
 }
 
 fn deviation(key: String, value: f64) -> Result<(), Wrong> {
     match value.is_finite() && value >= 0.0 {
         true => Ok(()),
-        false => Err((key, format!("{value:?}: a standard deviation is a number that is not negative"))),
+        false => Err((key, format!("{value:?}: a standard deviation must be a number that is not negative"))),
     }
 }
 
@@ -110,7 +110,7 @@ const ROUNDING: f64 = 1e-6;
 fn covariance(file: &ModelFile) -> Result<(), Wrong> {
     let count = file.parameters.len();
     let size =
-        |rows: usize| format!("{rows}, and there are {count} parameters: a covariance has a row and a column for each");
+        |rows: usize| format!("{rows}, but there are {count} parameters: a covariance has a row and a column for each");
     // an empty one says nothing, as in a file written by hand
     if file.covariance.is_empty() {
         return Ok(());
@@ -126,7 +126,7 @@ fn covariance(file: &ModelFile) -> Result<(), Wrong> {
             finite(|| format!("covariance[{i}][{j}]"), *value)?;
         }
         if row[i] < 0.0 {
-            return Err((format!("covariance[{i}][{i}]"), format!("{:?}: a variance is not negative", row[i])));
+            return Err((format!("covariance[{i}][{i}]"), format!("{:?}: a variance must not be negative", row[i])));
         }
     }
     for (i, row) in file.covariance.iter().enumerate() {
@@ -144,10 +144,16 @@ fn correlated(covariance: &[Vec<f64>], (i, j): (usize, usize), value: f64) -> Re
     let other = covariance[j][i];
     let key = format!("covariance[{i}][{j}]");
     if (value - other).abs() > ROUNDING * most.max(value.abs()) {
-        return Err((key, format!("{value:?}, and covariance[{j}][{i}] is {other:?}: a covariance is symmetric")));
+        return Err((key, format!("{value:?}, but covariance[{j}][{i}] is {other:?}: a covariance must be symmetric")));
     }
     if value.abs() > (1.0 + ROUNDING) * most {
-        return Err((key, format!("{value:?} is a correlation beyond 1: at most {most:?} goes with these variances")));
+        return Err((
+            key,
+            format!(
+                "{value:?} implies a correlation beyond 1: with these variances at most {most:?} is \
+                                  possible"
+            ),
+        ));
     }
     Ok(())
 }
@@ -157,12 +163,12 @@ fn parameters(file: &ModelFile) -> Result<(), Wrong> {
     let list = &file.parameters;
     for (i, p) in list.iter().enumerate() {
         if list[..i].iter().any(|other| (&other.effect, &other.name) == (&p.effect, &p.name)) {
-            let text = format!("`{}` of `{}` stands here for the second time: keep one", p.name, p.effect);
+            let text = format!("`{}` of `{}` occurs here for the second time: keep one", p.name, p.effect);
             return Err((format!("parameter[{i}].effect"), text));
         }
     }
     match tie_cycle(&file.tied) {
         None => Ok(()),
-        Some(i) => Err((format!("tied[{i}].tie"), "this tie leads back to its own parameter: leave one free".into())),
+        Some(i) => Err((format!("tied[{i}].tie"), "this tie leads back to its own parameter: leave one untied".into())),
     }
 }

@@ -130,7 +130,8 @@ fn sailed(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result
             return Ok(clean);
         }
     }
-    let text = format!("the fitted model runs away in `{}`, and makes no data to refit: take --bootstrap", run.name);
+    let text =
+        format!("the fitted model diverges in `{}`, and cannot produce data to refit: use --bootstrap", run.name);
     Err(Error::Asked(text))
 }
 

@@ -65,7 +65,7 @@ pub(super) fn by_rows(
     let fitted = fit(campaign, FitOptions { estimator: Some(estimator) })?;
     let model = &fitted.model;
     if let Some(p) = model.parameters.iter().find(|p| p.spec.per_run && !p.fixed) {
-        let text = format!("{} of `{}` has a value in each run, and a draw has no runs", p.spec.name, p.term);
+        let text = format!("{} of `{}` has a value in each run, but a draw has no runs", p.spec.name, p.term);
         return Err(Error::Asked(text));
     }
     let seed = refits.seed.unwrap_or(campaign.options.seed);
@@ -164,8 +164,8 @@ fn source(campaign: &Campaign, estimator: Estimator, method: Resampler, fitted: 
         }
         let names: Vec<&str> = group.iter().map(|run| run.name.as_str()).collect();
         Err(Error::Asked(format!(
-            "a bootstrap draws runs of each kind among themselves, and of {} there {}: {} blocks say nothing of their \
-             spread; take --monte-carlo",
+            "a bootstrap resamples runs within each kind, and of {} there {}: {} blocks say nothing of their spread; \
+             use --monte-carlo",
             dof.map_or_else(|| "these".to_string(), |dof| format!("those that show {dof} as these do")),
             if names.len() == 1 { format!("is `{}` alone", names[0]) } else { format!("are {}", names.join(", ")) },
             blocks.len()

@@ -125,6 +125,6 @@ pub(super) struct Loading {
 
 fn pair(text: &str) -> Result<(String, f64), String> {
     let (name, number) = text.split_once('=').ok_or("written NAME=NUMBER")?;
-    let number = number.trim().parse().map_err(|_| format!("`{number}` is no number"))?;
+    let number = number.trim().parse().map_err(|_| format!("`{number}` is not a number"))?;
     Ok((name.trim().to_string(), number))
 }

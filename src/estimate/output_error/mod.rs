@@ -111,7 +111,7 @@ pub enum OutputErrorError {
     #[error(transparent)]
     Track(#[from] TrackError),
     /// Fewer samples than unknowns.
-    #[error("{samples} samples for {unknowns} unknowns: need more data or fewer effects")]
+    #[error("{samples} samples for {unknowns} unknowns: more data or fewer effects are needed")]
     TooFewSamples {
         /// Number of samples.
         samples: usize,
@@ -125,13 +125,13 @@ pub enum OutputErrorError {
         values: String,
     },
     /// A bootstrap draws clusters, and there are fewer than two.
-    #[error("{clusters} clusters of residuals to draw from: a bootstrap needs at least two; take shorter ones")]
+    #[error("{clusters} clusters of residuals to draw from: a bootstrap needs at least two; use shorter ones")]
     TooFewClusters {
         /// Number of clusters.
         clusters: usize,
     },
     /// A fit that was compared with another one, and had no hope of becoming better.
-    #[error("given up after {passes} passes: another fit is better by far")]
+    #[error("given up after {passes} passes: another fit is far better")]
     GivenUp {
         /// Passes taken.
         passes: usize,

@@ -40,8 +40,9 @@ fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
             (0..kept.len()).filter(|&k| kept[k] && signal.values()[k].to_bits() == code.to_bits()).collect();
         at.iter().for_each(|&k| kept[k] = false);
         let text = format!(
-            "{name} is exactly {code:?} in {} and nowhere near it otherwise: a code for no value; \
-             set missing_values = [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \"no_sample\"",
+            "{name} is exactly {code:?} in {} and far from it otherwise: a code for no value; set missing_values = \
+             [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \
+             \"no_sample\"",
             if at.len() == 1 { "1 sample".to_string() } else { format!("{} samples", at.len()) }
         );
         seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
@@ -53,7 +54,7 @@ fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
     let spikes = spikes(name, signal.values(), &kept);
     if let Some(&first) = spikes.first() {
         let count = if spikes.len() > 1 { format!(" ({} such samples)", spikes.len()) } else { String::new() };
-        let text = format!("{name} = {} stands far off its neighbours{count}", short(signal.values()[first], 6));
+        let text = format!("{name} = {} lies far from its neighbours{count}", short(signal.values()[first], 6));
         seen.push(Seen::new(codes::OUTLIER, &[name], Some(signal.time()[first]), text));
     }
     spikes.iter().for_each(|&k| kept[k] = false);

@@ -110,8 +110,8 @@ fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         {
             let names: Vec<&str> = group.iter().map(|(n, _)| *n).collect();
             let text = format!(
-                "{} lie between 800 and 2300 about a common offset: these are pulse widths in us, not forces or volts; \
-                 name them V1, V2, … with unit us and give each thruster its neutral and span",
+                "{} lie between 800 and 2300 around a common offset: these are pulse widths in us, not forces or \
+                 volts; name them V1, V2, … with unit us and give each thruster its neutral and span",
                 names.join(", ")
             );
             seen.push(Seen::new(codes::UNIT, &names, None, text));
@@ -123,8 +123,8 @@ fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
 /// Finds a vehicle that is upside down most of the time: more likely its axes are wrong.
 fn upside_down(phi: &Signal) -> Option<Seen> {
     let usual = quantile(phi.values().iter().map(|x| x.cos()), 0.5)?;
-    let text = "phi is beyond a quarter turn most of the time, the vehicle would be upside down: check body_frame \
-                (frd or flu) and earth_frame (ned or enu)";
+    let text = "phi is beyond 90° most of the time, so the vehicle would be upside down: check body_frame (frd or flu) \
+                and earth_frame (ned or enu)";
     (usual < 0.0).then(|| Seen::new(codes::FRAME, &["phi"], None, text.to_string()))
 }
 

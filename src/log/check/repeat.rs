@@ -30,7 +30,7 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     if let Some((_, hold)) = held.first() {
         let names: Vec<&str> = held.iter().map(|(n, _)| *n).collect();
         let text = format!(
-            "{} keep each value for {} rows: samples of a slower sensor, repeated, and taken as measurements each",
+            "{} keep each value for {} rows: samples of a slower sensor, repeated, and each treated as a measurement",
             names.join(", "),
             short(hold.rows, 3)
         );
@@ -77,8 +77,8 @@ fn idle(signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     }
     let names: Vec<&str> = commands.iter().map(|(name, _)| *name).collect();
     let text = format!(
-        "all commands are zero ({}): no force is known, and only the motion of a vehicle that was let go can be fitted; \
-         if it was driven, name the columns that hold its commands (columns.tau_u, columns.V1, …)",
+        "all commands are zero ({}): no force is known, and only free-decay motion can be fitted; if the vehicle was \
+         driven, name the columns that hold its commands (columns.tau_u, columns.V1, …)",
         names.join(", ")
     );
     Some(Seen::new(codes::NO_COMMAND, &names, None, text))

@@ -118,8 +118,8 @@ fn negative(dof: Dof, signals: &BTreeMap<String, Signal>) -> Option<Seen> {
         return None;
     }
     let text = format!(
-        "a quick fit of {} gives {} for {mass}{letter}, k{letter}; most likely {letter} and {} are in frames of opposite sign: \
-         check body_frame (frd or flu), or set columns.{letter}.sign = -1",
+        "a quick fit of {} gives {} for {mass}{letter}, k{letter}; most likely {letter} and {} have opposite sign \
+         conventions: check body_frame (frd or flu), or set columns.{letter}.sign = -1",
         dof.name(),
         wrong.join(" and "),
         dof.force()

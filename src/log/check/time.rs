@@ -107,8 +107,8 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
         let (first, step) = (gaps[0], usual_step(stamps).unwrap_or(f64::NAN));
         let more = if gaps.len() > 1 { format!(" ({} such gaps)", gaps.len()) } else { String::new() };
         let text = format!(
-            "{} has no sample for {} s where its usual step is {} s{more}; no row of a regression reaches across, and a \
-             filter goes on with the other sensors",
+            "{} has no sample for {} s where its usual step is {} s{more}; no regression row spans the gap, and a \
+             filter continues with the other sensors",
             names.join(", "),
             short(stamps[first] - stamps[first - 1], 6),
             short(step, 6)
@@ -120,8 +120,8 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
         let stamps = command.time();
         let (Some(first), Some(step)) = (gaps(stamps).first().copied(), usual_step(stamps)) else { continue };
         let text = format!(
-            "{} has no sample for {} s where its usual step is {} s; in between it is taken as the model's `input` says: \
-             set input = \"hold\" where a command is logged when it changes",
+            "{} has no sample for {} s where its usual step is {} s; in between, the model's `input` applies: set \
+             input = \"hold\" if a command is logged only when it changes",
             dof.force(),
             short(stamps[first] - stamps[first - 1], 6),
             short(step, 6)
@@ -154,8 +154,9 @@ pub fn is_counter(header: &str, time: &[f64]) -> bool {
 pub fn check_counter(header: &str, time: &[f64]) -> Option<Seen> {
     let text = || {
         format!(
-            "t is read from {header:?}, which counts rows: a row a second is hardly their rate. Set columns.t = {{ name = \
-             {header:?}, scale = … }}, the time of a row, s (0.1 for 10 Hz), or unit = \"s\" where it is a second"
+            "t is read from {header:?}, which counts rows: one row per second is an unlikely rate. Set columns.t = {{ \
+             name = {header:?}, scale = … }} with the time per row in s (0.1 for 10 Hz), or unit = \"s\" if it is one \
+             second"
         )
     };
     is_counter(header, time).then(|| Seen::new(codes::TIME_UNIT, &["t"], None, text()))
@@ -169,7 +170,7 @@ pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     if let Some(&first) = gaps.first() {
         let more = if gaps.len() > 1 { format!(" ({} gaps in all)", gaps.len()) } else { String::new() };
         let text = format!(
-            "t jumps by {} s where the usual step is {} s; nothing is integrated across it{more}",
+            "t jumps by {} s where the usual step is {} s; nothing is integrated across the gap{more}",
             short(time[first] - time[first - 1], 6),
             short(step, 6)
         );

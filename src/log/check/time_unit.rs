@@ -43,7 +43,7 @@ pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Option<Seen> {
             None => ("psi changes", "r"),
         };
         let text = format!(
-            "{changes} {} times as fast as {from} says: the stamps are in {name}; set time_unit = \"{word}\"",
+            "{changes} {} times as fast as {from} indicates: the stamps are in {name}; set time_unit = \"{word}\"",
             short(way.unwrap_or(found), 3)
         );
         return Some(Seen::new(codes::TIME_UNIT, &["t"], None, text));
@@ -52,7 +52,8 @@ pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     let (unit, name, word) = UNITS[0];
     let slower = RATES.into_iter().find(|usual| (rate / (usual * unit) - 1.0).abs() < 0.005)?;
     let text = format!(
-        "{} rows a second are no usual rate; {slower} Hz is one, and the stamps then are in {name}: set time_unit = \"{word}\"",
+        "{} rows a second is not a usual rate; {slower} Hz is one, so the stamps are probably in {name}: set time_unit \
+         = \"{word}\"",
         short(rate, 4)
     );
     Some(Seen::new(codes::TIME_UNIT, &["t"], None, text))

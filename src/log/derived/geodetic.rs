@@ -50,8 +50,8 @@ pub(super) fn tell(columns: &Columns<'_>) -> Told {
     let without = fixes.iter().filter(|fix| fix.is_none()).count();
     let without = match without {
         0 => String::new(),
-        1 => "; 1 row without a fix (0, 0) is no sample".to_string(),
-        n => format!("; {n} rows without a fix (0, 0) are no samples"),
+        1 => "; 1 row without a fix (0, 0) is treated as no sample".to_string(),
+        n => format!("; {n} rows without a fix (0, 0) are treated as no samples"),
     };
     let how = format!(
         "x, y are metres north and east of latitude {latitude:.7}, longitude {longitude:.7}, the first fix{without}"

@@ -16,7 +16,7 @@ pub(super) fn tell(columns: &Columns<'_>) -> Told {
         let (sin, cos) = (course - psi).sin_cos();
         [speed * cos, speed * sin, 0.0]
     };
-    by_heading(columns, at, "u, v are speed and course over ground turned by the heading")
+    by_heading(columns, at, "u, v are speed and course over ground rotated by the heading")
 }
 
 /// Returns u, v from velocities north and east.
@@ -26,7 +26,7 @@ pub(super) fn tell_components(columns: &Columns<'_>) -> Told {
         let (sin, cos) = psi.sin_cos();
         [north * cos + east * sin, east * cos - north * sin, 0.0]
     };
-    by_heading(columns, at, "u, v are the velocities north and east turned by the heading, as of a level vehicle")
+    by_heading(columns, at, "u, v are the north and east velocities rotated by the heading, assuming a level vehicle")
 }
 
 /// Applies `at` to each sample and the heading at its time; `None` for samples outside the time

@@ -57,7 +57,7 @@ struct Columns<'a> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DerivedError {
     /// Only a part of the group is named in `[log.columns]`.
-    #[error("{has} tells {gives} together with {lacks} only: say where that stands, too")]
+    #[error("{has} gives {gives} only together with {lacks}: name the columns of those, too")]
     Part {
         /// The channels of the group.
         gives: String,
@@ -67,7 +67,7 @@ pub enum DerivedError {
         lacks: String,
     },
     /// The log has a column for a channel of the group.
-    #[error("{gives} is a column of the log, and told by {by} as well: leave one of them out")]
+    #[error("{gives} is a column of the log, and also computed from {by}: leave one of them out")]
     Twice {
         /// The channel.
         gives: &'static str,
@@ -75,11 +75,11 @@ pub enum DerivedError {
         by: String,
     },
     /// The columns have no time stamp in common.
-    #[error("{0} never come in the same row")]
+    #[error("{0} never occur in the same row")]
     Apart(String),
     /// A latitude or longitude out of range.
     #[error(
-        "{column} = {value} at t = {time} s is no angle within ±{most} degrees; autopilots write 1e-7 degrees: \
+        "{column} = {value} at t = {time} s is not an angle within ±{most} degrees; autopilots write 1e-7 degrees: \
          columns.{column} = {{ name = \"its header\", scale = 1e-7 }}"
     )]
     NoDegrees {
@@ -96,7 +96,9 @@ pub enum DerivedError {
     #[error("latitude and longitude are 0 in every row: there is no fix")]
     NoFix,
     /// Four numbers that are no rotation.
-    #[error("qw, qx, qy, qz have the length {length} at t = {time} s; a rotation has 1: are these its four columns?")]
+    #[error(
+        "qw, qx, qy, qz have the norm {length} at t = {time} s; a rotation has norm 1: are these its four columns?"
+    )]
     NoRotation {
         /// Length of the quaternion.
         length: f64,
@@ -104,7 +106,7 @@ pub enum DerivedError {
         time: f64,
     },
     /// Velocities over ground without a heading.
-    #[error("velocities over ground become u and v by the heading, and there is no psi at the same time")]
+    #[error("velocities over ground need the heading to become u and v, and there is no psi at the same time")]
     NoHeading,
 }
 
@@ -263,7 +265,7 @@ mod tests {
         let twice = log(columns, text, &["t"]).unwrap_err().to_string();
         assert!(twice.contains("psi is a column of the log"), "{twice}");
         let no_rotation = log(columns, "t,w,x1,y1,z1\n0,1,0,0,0\n1,9,0,0,0\n", &["t"]).unwrap_err().to_string();
-        assert!(no_rotation.contains("length 9 at t = 1"), "{no_rotation}");
+        assert!(no_rotation.contains("norm 9 at t = 1"), "{no_rotation}");
     }
 
     #[test]

@@ -40,6 +40,6 @@ pub(super) fn tell(columns: &Columns<'_>) -> Told {
         };
         samples.push(Some([angle("phi", phi), angle("theta", theta), angle("psi", psi)]));
     }
-    let none = if none == 0 { String::new() } else { format!("; {none} rows of zeros are no samples") };
+    let none = if none == 0 { String::new() } else { format!("; {none} rows of zeros are treated as no samples") };
     Ok((samples, format!("phi, theta, psi are the angles of the quaternion qw, qx, qy, qz{none}")))
 }

@@ -12,7 +12,7 @@ use super::answer::Refusal;
 /// The text as a TOML document.
 fn document(text: &str) -> Result<DocumentMut, Refusal> {
     text.parse().map_err(|e: toml_edit::TomlError| {
-        Refusal::unusable(format!("the campaign file is no TOML, mend it first: {}", e.message()))
+        Refusal::unusable(format!("the campaign file is not valid TOML, correct it first: {}", e.message()))
     })
 }
 

@@ -29,7 +29,7 @@ fn a_unit_that_is_stated_is_never_overruled() {
         "{text}"
     );
     assert!(!text.lines().any(|line| line.starts_with("tau_r")), "{text}");
-    assert!(said.contains("left out of the model: yaw (it moves, and no command drives it)"), "{said}");
+    assert!(said.contains("left out of the model: yaw (it moves, but no command drives it)"), "{said}");
     // with an unknown unit under a name of the library the log stays readable, too
     let log = swum(&folder, "b.csv", "t,u,tau_u,tau_v [foo]", |_, [t, a, b, u, ..]| {
         format!("{t:.1},{u:.5},{:.3},{b:.3}", a + b)
@@ -66,10 +66,10 @@ fn a_channel_that_never_changes_is_no_thruster() {
     let (said, text) = told(&folder, &log, &[]);
     // the guessed thrusters also push in heave, but no channel of heave is logged
     assert!(!said.contains("left out of the model"), "{said}");
-    assert!(text.contains("six thrusters: taken as those of a BlueROV2") && !text.contains("V7 = "), "{text}");
+    assert!(text.contains("six thrusters: assumed to be those of a BlueROV2") && !text.contains("V7 = "), "{text}");
     assert!(
         text.contains(
-            "# guessed: no thruster is behind a channel that never changes: \"pwm7\" (1500), \"pwm8\" (1100)"
+            "# guessed: a channel that never changes belongs to no thruster: \"pwm7\" (1500), \"pwm8\" (1100)"
         ),
         "{text}"
     );
@@ -88,7 +88,7 @@ fn a_thrust_without_a_unit_is_what_its_range_says() {
     let (_, text) = told(&folder, &log("part.csv", 1.0), &[]);
     assert!(text.contains("V1 = { name = \"thrust_left\", unit = \"1\" }") && !text.contains("F1"), "{text}");
     let (_, text) = told(&folder, &log("newton.csv", 40.0), &[]);
-    assert!(text.contains("F1 = \"thrust_left\"") && text.contains("its name says no unit: N is taken"), "{text}");
+    assert!(text.contains("F1 = \"thrust_left\"") && text.contains("its name gives no unit: N is assumed"), "{text}");
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_counter_of_rows_is_no_time_in_seconds() {
         format!("{k},{u:.5},{r:.5},{:.4},{:.4}", a / 100.0, b / 100.0)
     });
     let (_, text) = told(&folder, &log, &[]);
-    assert!(text.contains("nothing tells their rate") && text.contains("\nt = \"index\"\n"), "{text}");
+    assert!(text.contains("their rate is unknown") && text.contains("\nt = \"index\"\n"), "{text}");
     let (verdict, codes) = checked(&folder);
     assert!(codes.contains(&"L106".to_string()) && verdict != "\"green\"", "{verdict} {codes:?}");
 }
@@ -136,7 +136,7 @@ fn pulses_have_a_neutral_where_the_vehicle_says_none() {
     });
     let (_, text) = told(&folder, &log, &["--vehicle", "otter"]);
     assert_eq!(text.matches("\nneutral = 1500.0\n").count(), 2, "{text}");
-    assert_eq!(text.matches("# guessed: the vehicle file says no span").count(), 2, "{text}");
+    assert_eq!(text.matches("# guessed: the vehicle file gives no span").count(), 2, "{text}");
     assert!(!checked(&folder).1.contains(&"M005".to_string()));
 }
 

@@ -24,7 +24,7 @@ WORDS = {
     "time_unit": tuple(PER_SECOND),
 }
 EARTH_VELOCITIES = ("u", "v", "w")
-"""Channels that may be logged along earth axes; they are turned by the attitude."""
+"""Channels that may be logged along earth axes; they are rotated by the attitude."""
 ATTITUDE = ("phi", "theta", "psi")
 
 
@@ -92,7 +92,7 @@ class ColumnMap:
                 raise UsageError(f"{where}: {key} = {options[key]!r} is none of {', '.join(words)}")
         given = options.get("columns") or {}
         if not isinstance(given, Mapping):
-            raise UsageError(f"{where}: columns must be a table: canonical name = where it stands")
+            raise UsageError(f"{where}: columns must be a table: canonical name = its source")
         columns = {name: _source(name, entry, where) for name, entry in given.items()}
         rest = {key: value for key, value in options.items() if key not in ("columns", "msg") and value is not None}
         return cls(columns=columns, msg=_files(options.get("msg"), where), **rest)
@@ -115,7 +115,7 @@ class ColumnMap:
         earth = next((frame for frame in frames.values() if frame in EARTH), None)
         other = next((name for name in EARTH_VELOCITIES if frames.get(name) != earth), None)
         if earth is not None and other is not None:
-            text = "velocities along earth axes are turned together: say the same frame for u, v and w"
+            text = "velocities along earth axes are rotated together: give the same frame for u, v and w"
             raise UsageError(f"{where}: columns.{other}: {text}")
         return earth
 
@@ -172,7 +172,7 @@ def _source(name: str, entry: Any, where: str) -> ColumnSource:
 def _files(given: Any, where: str) -> tuple[str, ...]:
     files = [given] if isinstance(given, str | PathLike) else list(given or ())
     if not all(isinstance(file, str | PathLike) for file in files):
-        raise UsageError(f"{where}: msg = {given!r} must be a .msg file, a folder of such, or a list of them")
+        raise UsageError(f"{where}: msg = {given!r} must be a .msg file, a folder of .msg files, or a list of these")
     return tuple(fspath(file) for file in files)
 
 

@@ -38,7 +38,7 @@ def open_dataflash(path: Path) -> Source:
         raise UsageError(f"{path}: there is no such log")
     text = _is_text(path)
     if not text and first_bytes(path, len(HEAD)) != HEAD:
-        raise DataError(f"{path}: this is no DataFlash log: it begins with neither A3 95 nor an FMT line")
+        raise DataError(f"{path}: this is not a DataFlash log: it begins with neither A3 95 nor an FMT line")
 
     def messages(types: list[str] | None = None) -> Iterator[tuple[str, Any]]:
         log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
@@ -57,9 +57,9 @@ def open_dataflash(path: Path) -> Source:
                 fields = [f for f in message.get_fieldnames() if isinstance(getattr(message, f), int | float)]
                 contents[name] = tuple(f for f in fields if f not in TIMES)
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own
-        raise DataError(f"{path}: this is no DataFlash log that can be read: {error}") from None
+        raise DataError(f"{path}: this DataFlash log cannot be read: {error}") from None
     if not contents:
-        raise DataError(f"{path}: this is no DataFlash log: it holds no message with a time stamp")
+        raise DataError(f"{path}: this is not a DataFlash log: it has no message with a time stamp")
 
     def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
         stamps: dict[str, list[int]] = {name: [] for name in wanted}

@@ -149,7 +149,7 @@ def guess(source: Source, kind: str, parameters: Mapping[str, float]) -> Guess:
         rules = [*(_of_blueos(MAVLINK_AIDED) if blueos else MAVLINK_AIDED), *rules]
         made.reasons.append("velocities and position are the EKF's: the log has a sensor (DVL, GPS, …) that aids it")
     elif kind in ("ardupilot", "mavlink"):
-        made.reasons.append("the EKF's velocities are left out: nothing aids them, so that they say no motion")
+        made.reasons.append("the EKF's velocities are left out: nothing aids them, so they do not show the motion")
     _apply(made, source, rules)
     if kind == "ros" and made.columns:
         made.options |= {"body_frame": "flu", "earth_frame": "enu"}

@@ -41,7 +41,7 @@ def run_and_origin(source: Source, columns: ColumnMap, **run: Any) -> tuple[Run,
     columns = columns.with_attitude(source.contents.get("", ()), source.name)
     chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
     if not chosen:
-        raise UsageError(f"{source.name}: no channel is mapped; say columns = {{u = …}}; there are {source.listed()}")
+        raise UsageError(f"{source.name}: no channel is mapped; give columns = {{u = …}}; there are {source.listed()}")
     wanted: dict[str, set[str]] = {}
     for name, (stream, field) in chosen.items():
         entry = columns.columns[name]
@@ -67,12 +67,12 @@ def run_and_origin(source: Source, columns: ColumnMap, **run: Any) -> tuple[Run,
 def _own_names(source: Source, columns: ColumnMap) -> ColumnMap:
     """A plain table whose columns are called ``name`` or ``name [unit]`` needs no map."""
     if set(source.contents) != {""}:
-        raise UsageError(f"{source.name}: say with columns which field is which channel; there are {source.listed()}")
+        raise UsageError(f"{source.name}: name the fields of the channels with columns; there are {source.listed()}")
     named = {}
     for header in source.contents[""]:
         name, _ = name_and_unit(header)
         if name in named:
-            raise UsageError(f"{source.name}: two columns are called {name!r}; say with columns which one is meant")
+            raise UsageError(f"{source.name}: two columns are called {name!r}; name the right one with columns")
         named[name] = ColumnSource(header)
     return ColumnMap(**(vars(columns) | {"columns": named}))
 
@@ -117,7 +117,7 @@ def _samples(
     entry, field = columns.columns[name], address[1]
     parts = _parts(source, address[0], field, name)
     if any(stream.fields[part].dtype.kind in "mMc" for part in parts):
-        raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} holds dates or complex numbers, no values")
+        raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} holds dates or complex numbers, not values")
     if len(parts) == 1:
         values = stream.fields[field].astype(np.float64)
     else:
@@ -140,7 +140,7 @@ def _samples(
     if columns.duplicates == "first" and len(stamps):
         there[1:] &= stamps[1:] != stamps[:-1]
     if (left := int((~there).sum())) > 0:
-        text = f"{source.name}: {name}: {left} of {len(there)} samples were left out (not valid, missing or repeated)"
+        text = f"{source.name}: {name}: {left} of {len(there)} samples were left out (invalid, missing or repeated)"
         findings.append(found("L213", text))
     if not there.any():
         raise DataError(f"{source.name}: {name} has no sample")
@@ -202,7 +202,7 @@ def _seconds(
     wall = [name for name, start in starts.items() if start > WALL_CLOCK]
     if wall and len(wall) < len(starts):
         others = ", ".join(sorted(set(starts) - set(wall)))
-        text = f"{source.name}: {', '.join(wall)} have stamps of a wall clock, {others} have not: no common time"
+        text = f"{source.name}: {', '.join(wall)} have wall-clock stamps, {others} do not: no common time"
         raise DataError(text)
     first = min(signals.values(), key=lambda s: s[1][0] / s[2])
     zero = first[1][0] if wall else 0
@@ -215,7 +215,7 @@ def _seconds(
     seconds = {}
     for name, stamps, per_second, values in signals.values():
         if name in seconds:
-            raise UsageError(f"{source.name}: two fields become the channel {name}; leave one of them out")
+            raise UsageError(f"{source.name}: two fields are mapped to the channel {name}; leave one of them out")
         start = zero if per_second == first[2] else zero / first[2] * per_second
         seconds[name] = ((stamps - start) / per_second, values)
     return seconds, origin

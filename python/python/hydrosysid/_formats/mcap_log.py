@@ -76,7 +76,7 @@ def open_mcap(path: Path, clock: str, taught: Sequence[str] = ()) -> Source:
     except (UsageError, DataError):
         raise
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own
-        raise DataError(f"{path}: this is no MCAP log that can be read: {error}") from None
+        raise DataError(f"{path}: this MCAP log cannot be read: {error}") from None
     if left_out and not source.contents:
         raise DataError(f"{path}: " + "; ".join(f"{topic}: {reason}" for topic, reason in left_out.items()))
     return source

@@ -67,7 +67,7 @@ def _stream(
         stamps = np.array([int(seconds(m)) * 10**9 + int(nanoseconds(m)) for _, m in gathered], dtype=np.int64)
         if not stamps.all():
             raise DataError(
-                f"{name}: {stream} has messages whose header has no time; clock = 'log' takes that of the log"
+                f"{name}: {stream} has messages whose header has no time; clock = 'log' uses that of the log"
             )
         return Stream(stamps, 1e9, values, "time stamps of the messages' headers")
     stamps = np.array([at for at, _ in gathered], dtype=np.int64)

@@ -161,5 +161,5 @@ def open_source(path: Path, columns: ColumnMap) -> Opened:
     """Opens a file in one of these formats."""
     known = format_of(path)
     if known is None:
-        raise UsageError(f"{path}: this is in none of the formats {', '.join(sorted(FORMATS))}")
+        raise UsageError(f"{path}: the format is none of {', '.join(sorted(FORMATS))}")
     return FORMATS[known](path, columns)

@@ -63,7 +63,7 @@ class RosTypes:
                     return message
             if first is None:
                 text = (
-                    f"{name}: the log does not hold its definition; teach it with --msg {PurePosixPath(name).name}.msg"
+                    f"{name}: the log lacks its definition; provide it with --msg {PurePosixPath(name).name}.msg"
                 )
                 raise DataError(text)
             raise first if isinstance(first, DataError) else DataError(f"{name}: {type(first).__name__} {first}")
@@ -109,7 +109,7 @@ class RosTypes:
                 continue
             texts = self._texts(part)
             if not texts:
-                raise DataError(f"{name} is made of {part}, which is not known: teach it with --msg, too")
+                raise DataError(f"{name} is made of {part}, which is not known: provide it with --msg, too")
             parsed = self._parsed(part, texts[0])
             types |= parsed
             wanted += [deeper for fields in parsed.values() for deeper in _named(fields)]
@@ -153,7 +153,7 @@ def _taught(files: Iterable[str | Path]) -> dict[str, str]:
     found: dict[str, str] = {}
     for given in map(Path, files):
         if not given.exists():
-            raise UsageError(f"{given}: there is no such definition of a message (.msg)")
+            raise UsageError(f"{given}: there is no such message definition (.msg)")
         for path in sorted(given.rglob("*.msg")) if given.is_dir() else [given]:
             *_, package, folder, _ = ("", "", *path.resolve().parts)
             try:

@@ -64,7 +64,7 @@ def open_rosbag(path: Path, clock: str, taught: Sequence[str] = ()) -> Source:
     try:
         source = source_of(str(path), list(first()), messages, clock, left_out)
     except Exception as error:
-        raise DataError(f"{path}: this is no bag that can be read: {error}") from None
+        raise DataError(f"{path}: this bag cannot be read: {error}") from None
     if left_out and not source.contents:
         told = "; ".join(f"{topic} ({reason})" for topic, reason in left_out.items())
         raise DataError(f"{path}: no topic of this bag can be decoded: {told}")

@@ -99,7 +99,7 @@ def ticks(times: NDArray[Any], unit: str | None, what: str = "time stamps") -> t
     if per_second is None:
         known = ", ".join(PER_SECOND)
         raise UsageError(
-            f"{what}: the unit {unit!r} is not one of {known}; say it as unit of columns.t, or as time_unit"
+            f"{what}: the unit {unit!r} is not one of {known}; give it as unit of columns.t, or as time_unit"
         )
     return times.astype(np.int64 if times.dtype.kind in "iu" else np.float64), per_second
 

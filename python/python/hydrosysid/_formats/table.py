@@ -38,11 +38,11 @@ def source_of(
     if given is not None and given.name not in plain:
         raise UsageError(f"{name}: columns.t = {given.name!r} is not there; there are {', '.join(plain)}")
     if given is not None and (given.scale, given.sign) != (1.0, 1):
-        raise UsageError(f"{name}: columns.t: time takes a unit (s, ms, us, ns), no scale and no sign")
+        raise UsageError(f"{name}: columns.t: time accepts a unit (s, ms, us, ns), but no scale and no sign")
     timeless = [n for n, c in columns.columns.items() if n != "t" and c.time is None]
     if given is None and (timeless or not columns.columns):
         there = ", ".join(plain) or "no column of numbers"
-        raise UsageError(f'{name}: no time stamps: say columns.t = "…"; there are {there}')
+        raise UsageError(f'{name}: no time stamps: give columns.t = "…"; there are {there}')
     times = {entry.time for entry in columns.columns.values()}
     fields = {key: x for key, x in plain.items() if given is None or key != given.name or key in times}
 
@@ -119,7 +119,7 @@ def of_xarray(
         dims = variables[entry.name].dims if entry.name in variables else ()
         if len(dims) > 1:
             raise UsageError(
-                f"{entry.name} has the dimensions {', '.join(map(str, dims))}: choose by .sel or .isel first"
+                f"{entry.name} has the dimensions {', '.join(map(str, dims))}: select with .sel or .isel first"
             )
         own = entry.time if channel in columns.columns else None
         time = own or (str(dims[0]) if dims and str(dims[0]) in arrays else None)

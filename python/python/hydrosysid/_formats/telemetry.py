@@ -47,7 +47,7 @@ def open_telemetry(path: Path) -> Source:
         if stream not in first:
             first[stream] = (stream, at, message.to_dict())
     if not first:
-        raise DataError(f"{path}: this is no telemetry log: it holds no MAVLink message")
+        raise DataError(f"{path}: this is not a telemetry log: it has no MAVLink message")
     return source_of(str(path), first.values(), messages, "log")
 
 

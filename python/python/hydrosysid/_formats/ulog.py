@@ -29,7 +29,7 @@ def open_ulog(path: Path) -> Source:
         with path.open("rb") as file:
             log = library.ULog(file)
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own
-        raise DataError(f"{path}: this is no ULog file that can be read: {error}") from None
+        raise DataError(f"{path}: this ULog file cannot be read: {error}") from None
     topics = {f"{topic.name}[{topic.multi_id}]": topic.data for topic in log.data_list}
     for topic in log.data_list:
         if sum(other.name == topic.name for other in log.data_list) == 1:
