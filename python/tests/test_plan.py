@@ -45,6 +45,6 @@ def test_wishes_that_cannot_be_are_refused(fit: hs.Fit, tmp_path: Path) -> None:
     model.write_text(fit.model.to_toml(), encoding="utf-8")
     known = hs.plan(model, want="90%", limits={"surge": 100.0})
     assert known.runs == ()
-    assert known.sentence.startswith("No further run is needed")
+    assert known.sentence.startswith("Enough already")
     alone = hs.plan(model, want="90%", without_known=True, limits={"surge": 100.0})
     assert alone.runs

@@ -14,7 +14,7 @@ use crate::check::excitation::Excitation;
 use crate::check::rates::{ChannelRate, number_of};
 use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
 use crate::effects::Family;
-use crate::finding::{Finding, Severity};
+use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
 use crate::model::Term;

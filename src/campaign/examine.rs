@@ -61,7 +61,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
         let p = &again.model.parameters[parameter];
         if made.interval.iter().any(Option::is_none) {
             let text = format!(
-                "{}: this data does not bound it on both sides within five standard errors",
+                "{}: this data does not bound it on both sides within five standard errors or its own bounds",
                 again.model.parameters[parameter].full_name()
             );
             findings.push(Finding::new(&codes::NOT_BOUNDED, text));

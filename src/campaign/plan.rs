@@ -201,7 +201,7 @@ fn sentence(parameters: &[PlannedParameter], runs: usize, forces: &[RandomForce]
         _ => " The random force is included.",
     };
     if parameters.iter().all(|p| met(p.std_now, p)) {
-        return format!("No further run is needed: what is known already meets every requested accuracy.{counted}");
+        return format!("Enough already: what is known meets every requested accuracy.{counted}");
     }
     let open: Vec<&str> = parameters.iter().filter(|p| !met(p.std, p)).map(|p| p.name.as_str()).collect();
     let (runs, s) = if runs == 1 { ("One run".to_string(), "s") } else { (format!("{runs} runs"), "") };

@@ -183,8 +183,10 @@ pub fn judge_delays(run: &Run, answers: &[(Vec<Answer>, f64)], known: bool) -> V
     };
     let cause = if late.iter().all(|(_, d)| d.seconds < 0.0) {
         "the commands are logged later than they act"
-    } else {
+    } else if late.iter().all(|(_, d)| d.seconds > 0.0) {
         "the commands are delayed, or the thrusters lag by about this much"
+    } else {
+        "the sensors of these velocities have different latencies, or the clocks differ"
     };
     let text = format!("{}: {cause}", late.iter().map(says).collect::<Vec<_>>().join("; "));
     let of = |(of_dof, d): &(&[Answer], Lag)| -> Vec<(String, f64)> {

@@ -71,66 +71,81 @@ impl Wiring {
     }
 }
 
-/// The windows of one degree of freedom in all runs.
+/// The windows of one degree of freedom in all runs, after a fit of the other terms to each column.
 struct Rows {
     dof: Dof,
-    /// Share of each thruster's force, as given.
+    /// Share bₖ of each thruster's force, as given.
     shares: Vec<f64>,
-    /// Impulse of each thruster.
-    impulses: Vec<Vec<f64>>,
-    others: Vec<Vec<f64>>,
-    target: Vec<f64>,
+    /// Products of the impulses of each two thrusters, FᵀF.
+    products: Vec<Vec<f64>>,
+    /// Products of the impulses with the changes of velocity, Fᵀy.
+    with_change: Vec<f64>,
+    /// Sum of squares of the changes of velocity, yᵀy.
+    change: f64,
 }
 
 impl Rows {
     /// The windows of the runs whose thrusters push `dof`; `None` without any.
     fn of(runs: &[&Run], dof: Dof, thrusters: &[Thruster]) -> Option<Rows> {
-        let shares: Vec<f64> = thrusters.iter().map(|thruster| thruster.unit_wrench()[dof.index()]).collect();
-        let balances: Vec<(Balance, Vec<Vec<f64>>)> = runs
-            .iter()
-            .filter_map(|run| {
-                let balance = Balance::new(run, dof)?;
-                let impulses = (0..thrusters.len()).map(|k| balance.impulse(run, k)).collect::<Option<Vec<_>>>()?;
-                Some((balance, impulses))
-            })
-            .collect();
-        let mut terms: Vec<&Term> = Vec::new();
-        for (balance, _) in &balances {
-            terms.extend(balance.other_terms().iter().filter(|term| !terms.contains(term)).collect::<Vec<_>>());
-        }
-        let mut rows = Rows {
-            dof,
-            shares,
-            impulses: vec![Vec::new(); thrusters.len()],
-            others: vec![Vec::new(); terms.len()],
-            target: Vec::new(),
+        let of_run = |run: &&Run| {
+            let balance = Balance::new(run, dof)?;
+            let impulses = (0..thrusters.len()).map(|k| balance.impulse(run, k)).collect::<Option<Vec<_>>>()?;
+            Some((balance, impulses))
         };
-        for (balance, impulses) in &balances {
-            rows.impulses.iter_mut().zip(impulses).for_each(|(all, own)| all.extend(own));
-            for (all, term) in rows.others.iter_mut().zip(&terms) {
-                let own = balance.other_terms().iter().position(|other| other == *term);
-                match own {
+        let balances: Vec<(Balance, Vec<Vec<f64>>)> = runs.iter().filter_map(of_run).collect();
+        let mut terms: Vec<&Term> = Vec::new();
+        for term in balances.iter().flat_map(|(balance, _)| balance.other_terms()) {
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+        let (mut impulses, mut target) = (vec![Vec::new(); thrusters.len()], Vec::new());
+        let mut others = vec![Vec::new(); terms.len()];
+        for (balance, own) in &balances {
+            impulses.iter_mut().zip(own).for_each(|(all, own): (&mut Vec<f64>, _)| all.extend(own));
+            for (all, term) in others.iter_mut().zip(&terms) {
+                match balance.other_terms().iter().position(|other| other == *term) {
                     Some(k) => all.extend(&balance.other_columns()[k]),
                     // what does not move in a run adds nothing there
                     None => all.extend(std::iter::repeat_n(0.0, balance.target().len())),
                 }
             }
-            rows.target.extend(balance.target());
+            target.extend(balance.target());
         }
-        (!rows.target.is_empty()).then_some(rows)
+        let others: Vec<&[f64]> = others.iter().map(Vec::as_slice).collect();
+        let left = |column: &[f64]| -> Option<Vec<f64>> {
+            let theta = fit(&others, column)?.theta;
+            let said = |k: usize| others.iter().zip(&theta).map(|(other, factor)| factor * other[k]).sum::<f64>();
+            Some(column.iter().enumerate().map(|(k, x)| x - said(k)).collect())
+        };
+        let change = left(&target)?;
+        // a thruster at rest has no impulse to explain
+        let at_rest = |column: &Vec<f64>| column.iter().all(|x| x.abs() <= 0.0);
+        let impulses: Vec<Vec<f64>> = impulses
+            .into_iter()
+            .map(|column| if at_rest(&column) { Some(column) } else { left(&column) })
+            .collect::<Option<_>>()?;
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        Some(Rows {
+            dof,
+            shares: thrusters.iter().map(|thruster| thruster.unit_wrench()[dof.index()]).collect(),
+            products: impulses.iter().map(|a| impulses.iter().map(|b| product(a, b)).collect()).collect(),
+            with_change: impulses.iter().map(|a| product(a, &change)).collect(),
+            change: product(&change, &change),
+        })
     }
 
-    /// Share of the changes of velocity, after the other terms, that the thrusters explain with this wiring and the right
-    /// sign; `None` if it cannot be computed.
-    fn explained(&self, wiring: Wiring) -> Option<f64> {
+    /// Share of the changes of velocity, after the other terms, that the thrusters explain with this wiring:
+    ///
+    /// ```text
+    /// (bᵀFᵀy)²/(bᵀFᵀF b · yᵀy)        0 if bᵀFᵀy < 0: they push the wrong way
+    /// ```
+    fn explained(&self, wiring: Wiring) -> f64 {
         let shares = wiring.of(&self.shares);
-        let push = |k: usize| self.impulses.iter().zip(&shares).map(|(impulse, share)| share * impulse[k]).sum();
-        let commands: Vec<f64> = (0..self.target.len()).map(push).collect();
-        let others: Vec<&[f64]> = self.others.iter().map(Vec::as_slice).collect();
-        let without = fit(&others, &self.target)?.cost;
-        let all: Vec<&[f64]> = std::iter::once(commands.as_slice()).chain(others).collect();
-        let with = fit(&all, &self.target)?;
-        Some(if with.theta[0] > 0.0 && without > 0.0 { 1.0 - with.cost / without } else { 0.0 })
+        let weighted = |column: &[f64]| column.iter().zip(&shares).map(|(x, share)| x * share).sum::<f64>();
+        let (along, size) =
+            (weighted(&self.with_change), weighted(&self.products.iter().map(|row| weighted(row)).collect::<Vec<_>>()));
+        if along > 0.0 && size > 0.0 { along * along / (size * self.change) } else { 0.0 }
     }
 }
 
@@ -141,17 +156,17 @@ pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Foun
         return None;
     }
     let rows: Vec<Rows> = dofs.iter().filter_map(|dof| Rows::of(runs, *dof, thrusters)).collect();
-    let explained = |wiring: Wiring| rows.iter().map(|rows| rows.explained(wiring)).collect::<Option<Vec<f64>>>();
-    let given = explained(Wiring::AsGiven)?;
-    let better = |shares: &Vec<f64>| {
+    let explained = |wiring: Wiring| rows.iter().map(|rows| rows.explained(wiring)).collect::<Vec<f64>>();
+    let given = explained(Wiring::AsGiven);
+    let better = |shares: &[f64]| {
         let pairs = || shares.iter().zip(&given);
         pairs().all(|(other, given)| *other > given - LESS)
             && pairs().any(|(other, given)| *other > given + MORE && *other > WELL)
     };
     let wirings = Wiring::all(thrusters.len()).into_iter();
-    let fitted = wirings.filter_map(|wiring| Some((wiring, explained(wiring).filter(better)?)));
     let total = |shares: &[f64]| shares.iter().sum::<f64>();
-    let mut fitted: Vec<(Wiring, Vec<f64>)> = fitted.collect();
+    let mut fitted: Vec<(Wiring, Vec<f64>)> =
+        wirings.map(|wiring| (wiring, explained(wiring))).filter(|(_, shares)| better(shares)).collect();
     fitted.sort_by(|a, b| total(&b.1).total_cmp(&total(&a.1)));
     let (_, best) = fitted.first()?;
     let alike: Vec<Wiring> =
@@ -165,7 +180,7 @@ pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Foun
         "with {} the thrusters explain {}: {}",
         alike.iter().map(|wiring| wiring.told()).collect::<Vec<_>>().join(", or "),
         told.join(", "),
-        "mend the [[thruster]] table (turn its axis), set sign = -1 of the column, or exchange the two columns"
+        "correct the [[thruster]] table (turn its axis), set sign = -1 for the column, or exchange the two columns"
     );
     let channels: Vec<String> = if let [one] = alike[..] { one.channels() } else { Vec::new() };
     Some(Found::new(&codes::COMMAND_SIGN, &channels.iter().map(String::as_str).collect::<Vec<_>>(), text))

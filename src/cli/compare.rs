@@ -150,7 +150,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         ),
     };
     let noise = found.map_or_else(
-        || " No noise explains the runs: the model cannot follow them.".to_string(),
+        || " No noise could be estimated: the model cannot follow the runs, or they have too few samples.".to_string(),
         |found| format!(" {}", found.sentence()),
     );
     let weak = found.map(|found| found.beyond_turbulence(": a model that expects such errors has proven little"));

@@ -142,7 +142,7 @@ fn print_staged(made: &Demo, output: &Output) {
         })
         .collect();
     output.print(&table(&["stage", "dof", "rows", "cond(HᵀH)", "cond scaled"], &rows));
-    output.print("Staged against all at once with a differentiated yaw rate: a good match does not mean a true value.");
+    output.print("Staged against all at once with a differentiated yaw rate: a good match is not a true value.");
     let rows: Vec<Vec<String>> = made
         .twins
         .iter()

@@ -117,13 +117,13 @@ pub(super) fn sentence(
         Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
         _ => names.concat(),
     };
-    let were = if effects.len() > 1 { "were" } else { "was" };
+    let (were, it) = if effects.len() > 1 { ("were", "them") } else { ("was", "it") };
     let gain = better.map_or(String::new(), |(measured, times)| {
-        format!("; the extended model predicts held-out {measured} {} times better 8 s ahead", digits(times))
+        format!("; with {it} held-out {measured} is predicted {} times better 8 s ahead", digits(times))
     });
     let left = match forces {
-        [] => "sensor noise".to_string(),
-        forces => format!("sensor noise and a random force of {}", force_in_words(forces)),
+        [] => "the sensors".to_string(),
+        forces => format!("the sensors and a random force of {}", force_in_words(forces)),
     };
     let behaves = behaves_like.first().map_or(String::new(), |b| format!(" It {}.", b.told()));
     let channels: Vec<&str> = failing.iter().map(|(name, _)| name.as_str()).collect();
@@ -148,9 +148,9 @@ pub(super) fn sentence(
             ),
         },
         Verdict::Explained if gain.is_empty() => {
-            format!("Explained: {names} {were} missing; the extended model leaves only {left}.{alike}")
+            format!("Explained: {names} {were} missing; with {it} the model predicts the log down to {left}.{alike}")
         }
-        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, leaving only {left}.{alike}"),
+        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}.{alike}"),
         Verdict::PartlyExplained if !apart.is_empty() => format!(
             "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \
              {apart}{}.",

@@ -14,7 +14,7 @@ pub fn with_curve_moved(run: &Run, thrusters: &[Thruster], measured: &MeasuredCu
     let volts = run.supply_voltage();
     for k in &measured.thrusters {
         let name = thruster_force(*k);
-        let (Some(force), true) = (run.signal(&name), run.signal(&thruster_command(k)).is_some()) else { continue };
+        let (Some(force), true) = (run.signal(&name), run.signal(&thruster_command(*k)).is_some()) else { continue };
         let curve = thrusters[*k].curve();
         let moved = force.time().iter().zip(force.values());
         let moved = moved.map(|(t, f)| reshaped(&curve, by, *f, volts.map(|v| v.at(*t)))).collect::<Vec<_>>();

@@ -247,7 +247,7 @@ fn a_plan_counts_the_data_at_hand_unless_told_not_to() {
     folder.told(&["fit", ".", "--model", "model.toml"]);
     let limits = ["--limit", "surge=20", "--limit", "sway=20", "--limit", "yaw=2"];
     let known = folder.told(&[&["plan", "model.toml", "--want", "50%"], &limits[..]].concat());
-    assert!(known.starts_with("No further run is needed"), "{known}");
+    assert!(known.starts_with("Enough already"), "{known}");
     let words = [&["plan", "model.toml", "--want", "50%", "--without-known", "-o", "next"], &limits[..]].concat();
     let alone = folder.told(&words);
     assert!(alone.contains("worst std/wanted"), "{alone}");

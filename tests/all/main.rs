@@ -110,3 +110,4 @@ mod unsettled;
 mod upright;
 mod velocity_sign;
 mod view;
+mod wiring;

@@ -216,5 +216,5 @@ fn a_plan_counts_the_random_force_in() {
     assert!(pushed > 1.5 * calm, "{pushed} {calm}");
     assert!(fit.converged);
     let made = campaign::plan(&source(&file), &request(10.0), &|| ()).expect("it can be planned");
-    assert!(made.sentence.starts_with("No further run is needed"), "{}", made.sentence);
+    assert!(made.sentence.starts_with("Enough already"), "{}", made.sentence);
 }
