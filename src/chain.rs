@@ -281,7 +281,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     Equations { states, logged, waters, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
-/// Seconds of the vehicle in a second of the log, 1/(1 + δ), if the clock of the log drifts.
+/// Seconds of the vehicle in a second of the log, 1 − δ, if the clock of the log drifts.
 fn pace<'g>(
     graph: &'g Graph,
     model: &Model,
@@ -291,7 +291,7 @@ fn pace<'g>(
     let one = graph.constant(1.0);
     let drifts = model.terms.iter().enumerate().filter_map(|(k, term)| {
         let Some(CommandDelay::Growing(index)) = term.effect.delays_command() else { return None };
-        let pace = one / (theta(k)[index] + 1.0);
+        let pace = one - theta(k)[index];
         Some(term.blend.map_or(pace, |blend| one + parameters[blend] * (pace - one)))
     });
     drifts.reduce(|all, one| all * one)

@@ -71,7 +71,7 @@ pub struct Setup {
     pub pushes: Vec<[f64; 2]>,
     /// Constant force of each run in a degree of freedom, N or N·m; empty where it is the same in all.
     pub biases: [Vec<f64>; 6],
-    /// Relative excess of the rate of the instruments' clock, which is right at the beginning of each run.
+    /// δ: the instruments stamp t/(1 − δ), t from the beginning of each run.
     pub clock_drift: f64,
     seed: u64,
 }

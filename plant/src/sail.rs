@@ -296,7 +296,7 @@ impl Voyage<'_> {
             .stamps
             .iter()
             .enumerate()
-            .map(|(k, t)| (k, t * (1.0 + self.setup.clock_drift)))
+            .map(|(k, t)| (k, t / (1.0 - self.setup.clock_drift)))
             .filter(|(_, t)| (-1e-9..=self.campaign.duration + 1e-9).contains(t))
             .collect();
         let time: Vec<f64> = kept.iter().map(|(_, t)| t.max(0.0)).collect();

@@ -70,7 +70,8 @@ impl Change<'_> {
         let length: Vec<f64> = windows.iter().map(|(a, b)| b - a).collect();
         let (mine, rest) = (column(&self.own, windows, late), column(&self.others, windows, late));
         let size = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
-        let visible = size(&rest) > 1e-4 * size(&mine);
+        // one of the two may be in another unit
+        let visible = size(&rest) > 1e-4 * size(&mine).min(size(&target));
         if visible { fit(&[&mine, &length, &rest], &target) } else { fit(&[&mine, &length], &target) }
     }
 }

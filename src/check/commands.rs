@@ -15,7 +15,7 @@ use super::velocity_sign;
 use crate::effects::id;
 use crate::frame::Dof;
 use crate::log::number::short;
-use crate::run::Run;
+use crate::run::{Run, Signal};
 use crate::thrust::thruster::Thruster;
 
 /// Number of standard deviations from zero at which the sign and the delay of a gain are certain.
@@ -26,6 +26,9 @@ const OWED: f64 = 0.3;
 /// Least number of times that a command must go from one side of its range to the other: drag,
 /// Coriolis force and a constant explain the answer to a single step as well.
 const SWINGS: usize = 2;
+
+/// Share of the sum of squares of a moment above which it is a by-product of a force.
+const BY_PRODUCT: f64 = 0.9;
 
 /// Advice for thrusters that push the wrong way.
 pub const MISPLACED: &str =
@@ -115,9 +118,26 @@ fn dof_of(answer: &Answer) -> Option<Dof> {
 }
 
 /// Returns the answer of `dof` to the total force or moment of the thrusters as placed, which is τ of
-/// `run`. Two thrusters that always push together do not show their own signs.
+/// `run`. Two thrusters that always push together do not show their own signs. A roll or pitch that is only a by-product of
+/// the force in sway or surge is no answer: added mass and the height of the centre of gravity roll the vehicle as well.
 pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
+    if is_by_product(run, dof) {
+        return None;
+    }
     measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
+}
+
+/// Whether the moment in roll or pitch follows from the force in sway or surge.
+fn is_by_product(run: &Run, dof: Dof) -> bool {
+    let of = match dof {
+        Dof::Roll => Dof::Sway,
+        Dof::Pitch => Dof::Surge,
+        _ => return false,
+    };
+    let (Some(moment), Some(force)) = (run.signal(dof.force()), run.signal(of.force())) else { return false };
+    let product = |a: &Signal, b: &Signal| a.values().iter().zip(b.values()).map(|(a, b)| a * b).sum::<f64>();
+    let (moments, both, forces) = (product(moment, moment), product(moment, force), product(force, force));
+    moments > 0.0 && forces > 0.0 && both * both > BY_PRODUCT * moments * forces
 }
 
 /// Finds degrees of freedom that the thrusters, as placed, push the wrong way, or what explains

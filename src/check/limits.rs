@@ -35,6 +35,9 @@ pub fn judge(run: &Run, thrusters: &[Thruster]) -> Vec<Found> {
     };
     let beyond = chosen(&|most, thruster| thruster.max.is_some_and(|max| most >= BEYOND * max));
     let within = chosen(&|most, thruster| 0.0 < most && most <= thruster.deadband);
+    // a thruster that hardly turns in this run is no fault: the others move the vehicle
+    let turns = commands.iter().any(|(_, most, thruster)| *most > thruster.deadband);
+    let within = if turns { Vec::new() } else { within };
     [beyond_limits(&beyond), within_deadbands(&within)].into_iter().flatten().collect()
 }
 

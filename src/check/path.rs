@@ -221,7 +221,7 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     });
     // scales and angles of a position that comes late are those at its lag
     let step = x.step().max(moving.iter().fold(0.0, |most: f64, (_, s, _)| most.max(s.step())));
-    let late = lag.map(|lag| lag.seconds).filter(|seconds| seconds.abs() > 0.5 * step);
+    let late = lag.filter(|lag| lag.std < 0.2 && lag.is_clear(5.0, step.max(0.1))).map(|lag| lag.seconds);
     let margined = windows(&all, width, lag::REACH);
     let at_lag = late.and_then(|late| fit_armed(&earth, late, &margined, armed.then_some(factor)));
     let best = at_lag.unwrap_or(best);

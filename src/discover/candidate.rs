@@ -311,8 +311,12 @@ fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> b
         (Family::Sensor, _) => alters(effect, place, model).iter().any(|name| runs.iter().any(|run| logs(run, name))),
         _ => true,
     };
-    // a memory effect follows logged velocities
-    let listens = || follows(effect, place, model).into_iter().all(|dof| has(dof.velocity()));
+    // a memory effect follows velocities, as logged or as slopes of positions
+    let slopes = |dof: Dof| match dof {
+        Dof::Surge | Dof::Sway => ["x", "y", "psi"].into_iter().all(has),
+        _ => has(dof.position()),
+    };
+    let listens = || follows(effect, place, model).into_iter().all(|dof| has(dof.velocity()) || slopes(dof));
     heard
         && listens()
         && effect.channels(place).iter().all(|name| has(name))

@@ -7,6 +7,7 @@ use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::effects::Family;
+use crate::estimate::moving_runs;
 use crate::estimate::output_error::OutputErrorOptions;
 use crate::frame::Dof;
 use crate::model::{Model, Term, name_of};
@@ -97,7 +98,7 @@ fn memory_channels(
 /// motion but does not act on it.
 ///
 /// Memories of sensor effects are computed from the previous samples: a memory that contains the noise of the sample
-/// which it is to explain would explain it.
+/// which it is to explain would explain it. Where a log has poses alone, memories follow their slopes.
 pub(super) fn remembered(
     model: &Model,
     runs: &[Run],
@@ -105,10 +106,11 @@ pub(super) fn remembered(
     options: &OutputErrorOptions,
 ) -> Result<Vec<Run>, TrackError> {
     let of_sensors = |c: &Candidate| c.family() == Family::Sensor;
-    let before: Vec<Run> = runs.iter().map(a_sample_late).collect();
+    let moving = moving_runs(model, runs);
+    let before: Vec<Run> = moving.iter().map(a_sample_late).collect();
     let mut remembered = runs.to_vec();
     for listened in [
-        listened(model, runs, candidates, &|c| !of_sensors(c), options)?,
+        listened(model, &moving, candidates, &|c| !of_sensors(c), options)?,
         listened(model, &before, candidates, &of_sensors, options)?,
     ] {
         for (run, channels) in remembered.iter_mut().zip(listened) {

@@ -217,7 +217,7 @@ mod tests {
         assert!(experiment(Verdict::Unexplained, &[], None, (&open, &[]), &[]).unwrap().contains("yaw repeats"));
         let unseen = ["drag_asymmetry@surge".to_string()];
         let said = experiment(Verdict::NothingMissing, &[], None, (&[], &[]), &unseen).unwrap();
-        assert!(said.contains("drag_asymmetry@surge wants"), "{said}");
+        assert!(said.contains("drag_asymmetry@surge needs"), "{said}");
         assert_eq!(experiment(Verdict::NothingMissing, &[], None, (&[], &[]), &[]), None);
         assert_eq!(experiment(Verdict::Explained, &[tied("wave@sway", &[])], None, (&[], &[]), &[]), None);
     }

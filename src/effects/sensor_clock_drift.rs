@@ -1,8 +1,8 @@
 //! A clock of the sensors that runs at another rate than that of the commands.
 //!
 //! ```text
-//! x_log((1 + δ) t) = x(t)   in every navigation channel
-//! τ(t) → τ(t − δ t),   dx/dt → (dx/dt)/(1 + δ)   in the time of the log
+//! x_log(t) = x((1 − δ) t)   in every navigation channel
+//! τ(t) → τ(t − δ t),   dx/dt → (1 − δ) dx/dt   in the time of the log
 //! ```
 //!
 //! t counts from the beginning of the run; δ: 1, positive if the sensors' clock is fast. Two computers that are not
@@ -25,7 +25,7 @@ impl Effect for SensorClockDrift {
             id: ID,
             family: Family::Sensor,
             scope: Scope::Everywhere,
-            formula: "x_log((1 + δ) t) = x(t)",
+            formula: "x_log(t) = x((1 − δ) t)",
             meaning: "Navigation that is logged with a clock of another rate.",
             source: "Mills, Computer Network Time Synchronization, 2nd ed. (2010), ch. 4",
             shown_by: "commands that change throughout a long run",

@@ -1,4 +1,4 @@
-//! Velocities of a run that logs only poses, for starting values.
+//! Velocities of a run that logs only poses, for starting values and for what candidates of a search remember.
 //!
 //! ```text
 //! (u, v, w) = Rᵀ(φ, θ, ψ) (ẋ, ẏ, ż)            ẋ: slope of the least-squares line through samples within T
@@ -56,6 +56,11 @@ impl Spans {
 pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, Spans) {
     let (with, spans): (Vec<Run>, Vec<Spans>) = runs.iter().map(|run| with_velocity(model, run)).unzip();
     (with, spans.into_iter().fold(Spans::default(), Spans::longest))
+}
+
+/// The runs with a velocity in each modelled degree of freedom of which they log only the position.
+pub fn moving_runs(model: &Model, runs: &[Run]) -> Vec<Run> {
+    with_velocities(model, runs).0
 }
 
 fn with_velocity(model: &Model, run: &Run) -> (Run, Spans) {

@@ -185,7 +185,7 @@ mod tests {
         assert!(refused.contains("eta_inter of surge 0.9") && refused.contains("--acting"), "{refused}");
         let options = ExportOptions { acting: true, ..ExportOptions::default() };
         let acting = of(&given, Target::Gazebo, &options).unwrap();
-        assert!(!acting.any() && acting.told().unwrap().contains("act"));
+        assert!(!acting.any() && acting.told().unwrap().contains("effective"));
         assert_eq!(of(&Efficiency::default(), Target::Gazebo, &ExportOptions::default()).unwrap(), Losses::NONE);
     }
 

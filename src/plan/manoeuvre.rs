@@ -217,7 +217,7 @@ mod tests {
         let refuse = |pushes| run(pushes).validate(&model, &limits).unwrap_err().to_string();
         assert!(refuse(vec![]).contains("nothing pushes"));
         assert!(refuse(vec![Push::constant(Dof::Heave, 1.0)]).contains("does not simulate heave"));
-        assert!(refuse(vec![Push::sine(Dof::Surge, 60.0, 50.0, 8.0)]).contains("asks 110.000 of surge"));
+        assert!(refuse(vec![Push::sine(Dof::Surge, 60.0, 50.0, 8.0)]).contains("requests 110.000 in surge"));
         assert!(refuse(vec![Push::sine(Dof::Surge, 6.0, 5.0, -8.0)]).contains("period = -8"));
         let both = Push { bound: Some(1.0), ..Push::sine(Dof::Yaw, 0.0, 5.0, 8.0) };
         assert!(refuse(vec![both]).contains("more than one"));

@@ -194,6 +194,8 @@ fn imbalance(model: &Model, run: &Run, observed: &BTreeSet<String>) -> (f64, f64
         }
     };
     let (mut worst, mut sensed) = (0.0f64, 0.0f64);
+    // seconds of the vehicle in a second of the log
+    let pace = model.value("sensor_clock_drift").map_or(1.0, |drift| 1.0 - drift);
     for dof in &model.dofs {
         let i = dof.index();
         let force: Vec<f64> = (0..track.time.len()).map(|k| equations.force[i].evaluate(&|l| read(k, l))).collect();
@@ -201,7 +203,7 @@ fn imbalance(model: &Model, run: &Run, observed: &BTreeSet<String>) -> (f64, f64
         let (start, mut integral, mut size) = (pi(0), 0.0, 0.0);
         for k in 1..force.len() {
             let h = track.time[k] - track.time[k - 1];
-            integral += 0.5 * h * (force[k] + force[k - 1]);
+            integral += 0.5 * h * pace * (force[k] + force[k - 1]);
             size += 0.5 * h * (force[k].abs() + force[k - 1].abs());
             worst = worst.max((pi(k) - start - integral).abs() / (size + 1.0));
         }
