@@ -98,7 +98,8 @@ fn memory_channels(
 /// motion but does not act on it.
 ///
 /// Memories of sensor effects are computed from the previous samples: a memory that contains the noise of the sample
-/// which it is to explain would explain it. Where a log has poses alone, memories follow their slopes.
+/// which it is to explain would explain it. Where a log has poses alone, memories follow their slopes, which lie on both sides
+/// of a sample and hold none of its noise.
 pub(super) fn remembered(
     model: &Model,
     runs: &[Run],
@@ -107,7 +108,12 @@ pub(super) fn remembered(
 ) -> Result<Vec<Run>, TrackError> {
     let of_sensors = |c: &Candidate| c.family() == Family::Sensor;
     let moving = moving_runs(model, runs);
-    let before: Vec<Run> = moving.iter().map(a_sample_late).collect();
+    let mut before: Vec<Run> = runs.iter().map(a_sample_late).collect();
+    for (before, moving) in before.iter_mut().zip(&moving) {
+        for (name, slope) in &moving.signals {
+            before.signals.entry(name.clone()).or_insert_with(|| slope.clone());
+        }
+    }
     let mut remembered = runs.to_vec();
     for listened in [
         listened(model, &moving, candidates, &|c| !of_sensors(c), options)?,

@@ -84,13 +84,13 @@ fn name_among(
 ) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
     let here = found.last_fit().clone();
     let (threshold, hopeless) = (found.screen.threshold, is_hopeless(&here, task.train));
-    let mut best = found.screen.best_probes();
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
         let of_kind = asked.of(candidate, &found.added) && (!hopeless || candidate.family() == Family::Actuator);
         of_kind && candidate.is_possible(score)
     };
-    best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
+    let mut best = found.screen.best_probes_among(is_asked);
+    best.retain(|score| score.log_p < threshold + NEARLY);
     // two swapped thrusters leave a baseline whose scores mean little: every pair is refitted
     let (first, later) = best.split_at(best.len().min(REFITS));
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));

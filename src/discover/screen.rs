@@ -74,8 +74,14 @@ impl Screen {
 
     /// The best probe of each candidate, the least probable by chance first.
     pub(super) fn best_probes(&self) -> Vec<&Score> {
+        self.best_probes_among(|_| true)
+    }
+
+    /// The same among the probes that are `asked`. A probe far from the truth may score best and with the wrong sign: a delay
+    /// of 2 s where one of 0.2 s is true.
+    pub(super) fn best_probes_among(&self, asked: impl Fn(&Score) -> bool) -> Vec<&Score> {
         let mut best: Vec<&Score> = Vec::new();
-        for score in &self.scores {
+        for score in self.scores.iter().filter(|score| asked(score)) {
             if best.iter().all(|known| known.candidate != score.candidate) {
                 best.push(score);
             }
