@@ -294,7 +294,7 @@ fn pace<'g>(
         let pace = one - theta(k)[index];
         Some(term.blend.map_or(pace, |blend| one + parameters[blend] * (pace - one)))
     });
-    drifts.reduce(|all, one| all * one)
+    drifts.reduce(|all, next| all * next)
 }
 
 /// The nominal forces in the log, including those of degrees of freedom that are not modelled,

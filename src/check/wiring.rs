@@ -27,6 +27,9 @@ const WELL: f64 = 0.7;
 /// Difference in the sum of the shares over the degrees of freedom below which two wirings are not told apart.
 const ALIKE: f64 = 0.05;
 
+/// Number of wirings that are named where the runs do not tell them apart.
+const MOST_NAMED: usize = 3;
+
 /// Another wiring of the thrusters, by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Wiring {
@@ -176,11 +179,13 @@ pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Foun
         format!("{} % of {} instead of {} %", short(100.0 * best, 2), rows.dof, short(100.0 * given, 2))
     });
     let told: Vec<String> = told.collect();
+    let named: Vec<String> = alike.iter().take(MOST_NAMED).map(|wiring| wiring.told()).collect();
+    let more = if alike.len() > MOST_NAMED { ", or other wirings," } else { "" };
     let text = format!(
-        "with {} the thrusters explain {}: {}",
-        alike.iter().map(|wiring| wiring.told()).collect::<Vec<_>>().join(", or "),
+        "with {}{more} the thrusters explain {}: correct the [[thruster]] table (turn its axis), set sign = -1 for the column, or \
+         exchange the two columns",
+        named.join(", or "),
         told.join(", "),
-        "correct the [[thruster]] table (turn its axis), set sign = -1 for the column, or exchange the two columns"
     );
     let channels: Vec<String> = if let [one] = alike[..] { one.channels() } else { Vec::new() };
     Some(Found::new(&codes::COMMAND_SIGN, &channels.iter().map(String::as_str).collect::<Vec<_>>(), text))

@@ -136,8 +136,8 @@ impl CommandDelay {
         }
     }
 
-    /// The delay of the command with this one added to `late`; `parameters`: indices in the model of the effect's
-    /// parameters.
+    /// The delay of the command with this one in `late`, in the stead of another one of its kind; `parameters`: indices in the
+    /// model of the effect's parameters.
     pub fn added_to(self, mut late: Lateness, parameters: &[usize]) -> Lateness {
         match self {
             CommandDelay::Constant(index) => late.constant = Some(parameters[index] as u16),

@@ -117,6 +117,34 @@ fn blind_a_late_thrust_of_held_commands_is_named() {
     assert!((delay.value - truth).abs() < 4.0 * delay.std, "{delay:?}, true {truth}");
 }
 
+/// Positions that come 0.3 s late are named as that where no log has a velocity: what a candidate remembers follows the slopes
+/// of the poses. A lift moment of the hull was named for it.
+#[test]
+fn blind_a_late_position_is_named_in_logs_of_poses() {
+    let mut late = sea("laurs", 0.02, &[], 210);
+    late.hidden = vec![Hidden { size: 0.3, ..Hidden::new("sensor_position_delay") }];
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_late_poses");
+    late.sail().expect("the plant sails").write(&folder).expect("the folder is written");
+    for log in std::fs::read_dir(&folder).expect("it was written").map(|entry| entry.expect("it is there").path()) {
+        if log.extension().is_some_and(|kind| kind == "csv") {
+            let text = std::fs::read_to_string(&log).expect("it was written");
+            let poses = text.replacen("u [m/s],v [m/s]", "nothing,nothing_either", 1);
+            assert_ne!(text, poses, "the velocities have their columns");
+            std::fs::write(&log, poses).expect("it can be written");
+        }
+    }
+    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let found = campaign::discover(&loaded).expect("a fit");
+    assert_eq!(
+        (names(&found), found.verdict),
+        (vec!["sensor_position_delay"], Verdict::Explained),
+        "{}",
+        found.sentence
+    );
+    let delay = &found.effects[0].parameters[0];
+    assert!((delay.value - 0.3).abs() < 4.0 * delay.std && delay.std < 0.02, "{delay:?}");
+}
+
 /// A clock of the sensors that gains 4 ms a second on that of the commands is named with its rate, and as nothing else: not
 /// as a delay of the thrust, nor as scales of gyro and DVL, which it is in part.
 #[test]

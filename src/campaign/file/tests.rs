@@ -278,7 +278,7 @@ fn contradictions_are_refused() {
         &["11:7: parameter[0].std: -1 is not valid here: a standard deviation must be above 0"],
     );
     parameter("min = 2\nmax = 1", &["10:7: parameter[0].min: min = 2 is above max = 1"]);
-    parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5"]);
+    parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 is outside min = -inf, max = 2.5"]);
     parameter(
         "tie = 'inertia@surge'\nvalue = 3",
         &["11:9: parameter[0].value: `tie` makes it equal to another parameter, which has the value, bounds and \
