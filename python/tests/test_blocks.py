@@ -70,7 +70,7 @@ def test_intervals_are_those_of_student(rows: int) -> None:
         ([[1.0, 2.0], [2.0, np.nan], [3.0, 5.0]], [1.0, 2.0, 4.0], hs.DataError, r"H\[\(1, 1\)\] is nan"),
         ([[1.0, 2.0], [2.0, 4.5], [3.0, 6.0]], [1.0, np.inf, 4.0], hs.DataError, r"y\[1\] is inf"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 4.0], hs.UsageError, "shape"),
-        ([[1.0, 2.0], [2.0, 4.5], [3.0, 6.0]], [1.0, 2.0], hs.UsageError, "3 rows, y has 2"),
+        ([[1.0, 2.0], [2.0, 4.5], [3.0, 6.0]], [1.0, 2.0], hs.UsageError, "3 rows, but y has 2"),
         ([["a", "b"]], [1.0], hs.UsageError, "H"),
     ],
 )

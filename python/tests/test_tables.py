@@ -134,7 +134,7 @@ def test_a_frame_is_guessed_as_init_guesses_a_log() -> None:
         told = [finding.message for finding in run.findings if finding.code == "K201"]
         assert len(told) == 5
         assert any('"yaw_deg" is psi by its name; deg according to the name' in text for text in told)
-    with pytest.raises(hs.UsageError, match="give one of them"):
+    with pytest.raises(hs.UsageError, match="give one of the two"):
         hs.Run.from_frame(frame, columns={"u": "dvl_surge_speed"}, guess=True)
     with pytest.raises(hs.DataError, match="no column of the frame could be recognised"):
         hs.Run.from_frame(pd.DataFrame({"a": ["x", "y"]}), guess=True)

@@ -72,7 +72,7 @@ class Check(Result):
         return [{key: getattr(log, key) for key in keys} | own for log, own in zip(self.logs, lights, strict=True)]
 
     def _verdict(self) -> tuple[str, str]:
-        told = {"green": "no objection", "amber": "usable, with the findings below", "red": "refused"}
+        told = {"green": "nothing argues against a fit", "amber": "usable, with the findings below", "red": "refused"}
         return self.verdict, told.get(self.verdict, "")
 
     def _picture(self) -> str:
