@@ -62,9 +62,7 @@ class RosTypes:
                     chosen.append(candidate)
                     return message
             if first is None:
-                text = (
-                    f"{name}: the log lacks its definition; provide it with --msg {PurePosixPath(name).name}.msg"
-                )
+                text = f"{name}: the log lacks its definition; provide it with --msg {PurePosixPath(name).name}.msg"
                 raise DataError(text)
             raise first if isinstance(first, DataError) else DataError(f"{name}: {type(first).__name__} {first}")
 
