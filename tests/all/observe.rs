@@ -123,10 +123,10 @@ fn a_formula_in_another_unit_than_its_column_is_refused() {
         Campaign::load(&file, LoadOptions::default()).map(|_| ()).map_err(|e| e.to_string())
     };
     let told = load(" [rad/s]", "-u*sin(theta)").unwrap_err();
-    assert!(told.contains("`-u*sin(theta)` is in m/s, and run `a.csv` has `depth_rate` in rad/s"), "{told}");
+    assert!(told.contains("`-u*sin(theta)` is in m/s, but run `a.csv` has `depth_rate` in rad/s"), "{told}");
     assert!(told.contains("campaign.toml:9"), "{told}");
     let told = load(" [cm/s]", "u^2").unwrap_err();
-    assert!(told.contains("is in m2/s2, and run `a.csv` has `depth_rate` in m/s"), "{told}");
+    assert!(told.contains("is in m2/s2, but run `a.csv` has `depth_rate` in m/s"), "{told}");
     for (unit, formula) in
         [("", "u^2"), (" [cm/s]", "-u*sin(theta)"), (" [rad/s]", "0.3*u"), (" [Pa]", "u^2"), (" [deg]", "theta*u/u")]
     {
