@@ -27,6 +27,9 @@ const OWED: f64 = 0.3;
 /// Coriolis force and a constant explain the answer to a single step as well.
 const SWINGS: usize = 2;
 
+/// Least component of a thruster's unit force or moment, N or N·m per N, whose sign is reliable.
+const RELIABLE: f64 = 0.05;
+
 /// Share of the sum of squares of a moment above which it is a by-product of a force.
 const BY_PRODUCT: f64 = 0.9;
 
@@ -127,13 +130,18 @@ pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
     measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
 }
 
+/// The degree of freedom whose force rolls or pitches the vehicle as well.
+fn by_product_of(dof: Dof) -> Option<Dof> {
+    match dof {
+        Dof::Roll => Some(Dof::Sway),
+        Dof::Pitch => Some(Dof::Surge),
+        _ => None,
+    }
+}
+
 /// Whether the moment in roll or pitch follows from the force in sway or surge.
 fn is_by_product(run: &Run, dof: Dof) -> bool {
-    let of = match dof {
-        Dof::Roll => Dof::Sway,
-        Dof::Pitch => Dof::Surge,
-        _ => return false,
-    };
+    let Some(of) = by_product_of(dof) else { return false };
     let (Some(moment), Some(force)) = (run.signal(dof.force()), run.signal(of.force())) else { return false };
     let product = |a: &Signal, b: &Signal| a.values().iter().zip(b.values()).map(|(a, b)| a * b).sum::<f64>();
     let (moments, both, forces) = (product(moment, moment), product(moment, force), product(force, force));
@@ -171,9 +179,11 @@ fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
     let number = super::rates::number_of(&answer.channel)?;
     let thruster = thrusters.get(number.checked_sub(1)?)?;
     thruster.validate().ok()?;
-    let share = thruster.unit_wrench()[dof.index()];
-    // the sign of a very small component is not reliable
-    (share.abs() > 0.05).then_some(share)
+    let shares = thruster.unit_wrench();
+    let pushes = |dof: Dof| shares[dof.index()].abs() > RELIABLE;
+    // the moment of a force in sway or surge depends on heights of centres that are not known
+    let is_by_product = by_product_of(dof).is_some_and(pushes);
+    (pushes(dof) && !is_by_product).then_some(shares[dof.index()])
 }
 
 /// Finds delays; those of all degrees of freedom are one finding. `answers` come with the usual steps of
