@@ -88,7 +88,7 @@ mod tests {
     use crate::thrust::curve::Coefficients;
 
     fn told(commands: [f64; 2]) -> Vec<Found> {
-        let side = Coefficients { a: 38.0, b: 13.0, ..Coefficients::default() };
+        let side = Coefficients { a: 38.0, b: 13.0 };
         let thruster = |name: &str| Thruster {
             name: name.into(),
             position: [0.0; 3],

@@ -158,8 +158,8 @@ impl<'a> Plant<'a> {
     fn inputs(&self, t: f64, within: f64) -> Vec<f64> {
         let read = |(leaf, name): &(Leaf, String)| {
             let (slope, [late, drift]) = match *leaf {
-                Leaf::Delayed { late, .. } => (false, late.values(&self.theta)),
-                Leaf::DelayedRate { late, .. } => (true, late.values(&self.theta)),
+                Leaf::Delayed { late, .. } => (false, late.values(self.theta)),
+                Leaf::DelayedRate { late, .. } => (true, late.values(self.theta)),
                 Leaf::Rate(_) => (true, [0.0; 2]),
                 _ => (false, [0.0; 2]),
             };
