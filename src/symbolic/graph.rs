@@ -36,12 +36,12 @@ pub enum Leaf {
     },
 }
 
-/// A delay in terms of the parameters of a model: θ[constant] + θ[drift] (t − t₀), s; t₀ is the start of the run.
+/// A delay in terms of the parameters of a model: T + δ (t − t₀), s; t₀ is the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Lateness {
-    /// Index of the parameter that holds the constant delay, s.
+    /// Index of the parameter that holds the constant delay T, s.
     pub constant: Option<u16>,
-    /// Index of the parameter that holds the delay per second of the run.
+    /// Index of the parameter that holds the delay per second of the run, δ.
     pub drift: Option<u16>,
 }
 
