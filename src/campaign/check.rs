@@ -133,6 +133,10 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
             let of_fit: Vec<bool> =
                 campaign.runs.iter().map(|run| run.role == Role::Train && moves(run.kind)).collect();
             check::together::share_excitation(&mut reports, &of_fit);
+            if let Some(wrong) = wiring(&campaign, &reports) {
+                check::together::withdraw_signs(&mut reports);
+                check.warnings.push(wrong);
+            }
             for (run, report) in campaign.runs.iter().zip(reports) {
                 let of_reading = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned();
                 let report = report.after_reading(of_reading);
@@ -153,7 +157,6 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
                 .filter(|f| f.code == check::codes::AT_REST.code)
                 .filter_map(|f| f.run.clone())
                 .collect();
-            check.warnings.extend(wiring(&campaign, &check.warnings));
             check.warnings.extend(never_shown(&campaign, &check.logs, &resting));
         }
         Err(error) if error.is_wrong_use() => return Err(error),
@@ -206,9 +209,9 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     report.with(if told { Vec::new() } else { check::placement(run, &placed) })
 }
 
-/// Returns the finding of a thruster that is reversed, or of two that are exchanged, unless a wrong sign is found already.
-fn wiring(campaign: &Campaign, found: &[Finding]) -> Option<Finding> {
-    if found.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code || f.code == check::codes::SIGN.code) {
+/// Returns the finding of a thruster that is reversed, or of two that are exchanged, unless sensors contradict each other.
+fn wiring(campaign: &Campaign, reports: &[CheckReport]) -> Option<Finding> {
+    if reports.iter().flat_map(|report| &report.findings).any(|f| f.code == check::codes::SIGN.code) {
         return None;
     }
     let runs = campaign.motion(Some(Role::Train));

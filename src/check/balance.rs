@@ -20,7 +20,7 @@ use super::pose_velocity::velocity;
 use super::rates::number_of;
 use super::samples::{Samples, windows};
 use crate::frame::Dof;
-use crate::run::{Run, thruster_force};
+use crate::run::{Run, Signal, greatest, is_commanded, rounding_of, thruster_force};
 
 /// Shortest window, s.
 pub const WINDOW: f64 = 0.5;
@@ -82,18 +82,21 @@ fn products(dof: Dof) -> &'static [(&'static str, &'static str)] {
 }
 
 /// Returns the varying commands of a degree of freedom: its nominal force if that is logged, or else
-/// the forces of all thrusters, or else their voltages.
+/// the forces of all thrusters, or else their voltages. What is rounding of the allocation to thrusters commands nothing.
 pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
-    let varies = |name: &str| run.signal(name)?.varies().then(|| name.to_string());
-    if let Some(own) = varies(dof.force()) {
-        return vec![own];
-    }
+    let run_alone = std::slice::from_ref(run);
+    let varies = |name: &str| run.signal(name).is_some_and(Signal::varies);
     if run.signal(dof.force()).is_some() {
-        return Vec::new();
+        let own = varies(dof.force()) && is_commanded(run_alone, dof);
+        return if own { vec![dof.force().to_string()] } else { Vec::new() };
     }
     for letter in ['F', 'V'] {
-        let of_thrusters = run.signals.keys().filter(|n| n.starts_with(letter) && number_of(n).is_some());
-        let names: Vec<String> = of_thrusters.filter_map(|n| varies(n)).collect();
+        let of_thrusters: Vec<&String> =
+            run.signals.keys().filter(|n| n.starts_with(letter) && number_of(n).is_some()).collect();
+        let most = |name: &str| greatest(run_alone, name);
+        let rounding = rounding_of(of_thrusters.iter().map(|n| most(n)));
+        let commanded = of_thrusters.into_iter().filter(|n| varies(n) && most(n) > rounding);
+        let names: Vec<String> = commanded.cloned().collect();
         if !names.is_empty() {
             return names;
         }

@@ -15,7 +15,7 @@ use super::velocity_sign;
 use crate::effects::id;
 use crate::frame::Dof;
 use crate::log::number::short;
-use crate::run::{Run, Signal};
+use crate::run::Run;
 use crate::thrust::thruster::Thruster;
 
 /// Number of standard deviations from zero at which the sign and the delay of a gain are certain.
@@ -26,12 +26,6 @@ const OWED: f64 = 0.3;
 /// Least number of times that a command must go from one side of its range to the other: drag,
 /// Coriolis force and a constant explain the answer to a single step as well.
 const SWINGS: usize = 2;
-
-/// Least component of a thruster's unit force or moment, N or N·m per N, whose sign is reliable.
-const RELIABLE: f64 = 0.05;
-
-/// Share of the sum of squares of a moment above which it is a by-product of a force.
-const BY_PRODUCT: f64 = 0.9;
 
 /// Advice for thrusters that push the wrong way.
 pub const MISPLACED: &str =
@@ -121,31 +115,9 @@ fn dof_of(answer: &Answer) -> Option<Dof> {
 }
 
 /// Returns the answer of `dof` to the total force or moment of the thrusters as placed, which is τ of
-/// `run`. Two thrusters that always push together do not show their own signs. A roll or pitch that is only a by-product of
-/// the force in sway or surge is no answer: added mass and the height of the centre of gravity roll the vehicle as well.
+/// `run`. Two thrusters that always push together do not show their own signs.
 pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
-    if is_by_product(run, dof) {
-        return None;
-    }
     measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
-}
-
-/// The degree of freedom whose force rolls or pitches the vehicle as well.
-fn by_product_of(dof: Dof) -> Option<Dof> {
-    match dof {
-        Dof::Roll => Some(Dof::Sway),
-        Dof::Pitch => Some(Dof::Surge),
-        _ => None,
-    }
-}
-
-/// Whether the moment in roll or pitch follows from the force in sway or surge.
-fn is_by_product(run: &Run, dof: Dof) -> bool {
-    let Some(of) = by_product_of(dof) else { return false };
-    let (Some(moment), Some(force)) = (run.signal(dof.force()), run.signal(of.force())) else { return false };
-    let product = |a: &Signal, b: &Signal| a.values().iter().zip(b.values()).map(|(a, b)| a * b).sum::<f64>();
-    let (moments, both, forces) = (product(moment, moment), product(moment, force), product(force, force));
-    moments > 0.0 && forces > 0.0 && both * both > BY_PRODUCT * moments * forces
 }
 
 /// Finds degrees of freedom that the thrusters, as placed, push the wrong way, or what explains
@@ -179,11 +151,9 @@ fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
     let number = super::rates::number_of(&answer.channel)?;
     let thruster = thrusters.get(number.checked_sub(1)?)?;
     thruster.validate().ok()?;
-    let shares = thruster.unit_wrench();
-    let pushes = |dof: Dof| shares[dof.index()].abs() > RELIABLE;
-    // the moment of a force in sway or surge depends on heights of centres that are not known
-    let is_by_product = by_product_of(dof).is_some_and(pushes);
-    (pushes(dof) && !is_by_product).then_some(shares[dof.index()])
+    let share = thruster.unit_wrench()[dof.index()];
+    // the sign of a very small component is not reliable
+    (share.abs() > 0.05).then_some(share)
 }
 
 /// Finds delays; those of all degrees of freedom are one finding. `answers` come with the usual steps of
@@ -236,7 +206,7 @@ pub fn is_command(term: &Term) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{Run, Signal};
+    use crate::run::Run;
 
     /// Sign of the gain in yaw that is reported; `rate` gives r, `moment` τ_r.
     fn told(rate: impl Fn(f64) -> f64, moment: impl Fn(f64) -> f64) -> Option<f64> {

@@ -20,7 +20,7 @@ use crate::run::Run;
 
 /// Shortest window, s: the noise of a depth is large compared with its change over a shorter one.
 const WINDOW: f64 = 1.0;
-/// Units in which a depth may be logged, and how many of them are a metre.
+/// Units in which a depth may be logged, and what one of them is in metres: the factor f of a depth in it.
 const DEPTH: &[(f64, &str)] = &[(1e-3, "mm"), (1e-2, "cm"), (0.3048, "ft")];
 
 /// Returns the agreement of `w` with the change of the depth.
@@ -41,9 +41,9 @@ pub fn measure(run: &Run) -> Option<Agreement> {
     Change { velocity, position, own, others, window: WINDOW }.agreement(level_windows(run))
 }
 
-/// Returns the findings. `pushed`: whether the thrusters push `w` the right way, if that is known; `steps` gives the usual
+/// Returns the findings. `pushed_right`: whether the thrusters push `w` the right way, if that is known; `steps` gives the usual
 /// step of a channel, s.
-pub fn judge(agreement: &Agreement, pushed: Option<bool>, steps: impl Fn(&str) -> f64) -> Vec<Found> {
+pub fn judge(agreement: &Agreement, pushed_right: Option<bool>, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     let channels = ["w", "z"];
     let told = format!("w is {} ± {} times dz/dt", short(agreement.factor, 4), short(agreement.std, 2));
     let of_unit = |name: &str, channel: &str, factor: f64, reversed: bool| {
@@ -53,7 +53,7 @@ pub fn judge(agreement: &Agreement, pushed: Option<bool>, steps: impl Fn(&str) -
     };
     let mut found: Vec<Found> = match meaning(agreement.factor, agreement.std, 0.1, &[VELOCITY, DEPTH].concat()) {
         Meaning::Agrees | Meaning::Unknown => Vec::new(),
-        Meaning::Reversed => vec![reversed(&told, pushed)],
+        Meaning::Reversed => vec![reversed(&told, pushed_right)],
         // no unit of a velocity makes the ratio this small
         Meaning::Unit(name, factor, reversed) if factor.abs() < 1.0 => vec![of_unit(name, "z", 1.0 / factor, reversed)],
         Meaning::Unit(name, factor, reversed) => vec![of_unit(name, "w", factor, reversed)],
@@ -68,10 +68,10 @@ pub fn judge(agreement: &Agreement, pushed: Option<bool>, steps: impl Fn(&str) -
 }
 
 /// Returns the finding that w and z count opposite ways.
-fn reversed(told: &str, pushed: Option<bool>) -> Found {
+fn reversed(told: &str, pushed_right: Option<bool>) -> Found {
     let text = |wrong: &str| format!("{told}: one of the two has the opposite sign; {wrong}");
     let found = |wrong: &str| Found::new(&codes::SIGN, &["w", "z"], text(wrong));
-    match pushed {
+    match pushed_right {
         Some(true) => found(
             "the thrusters push w the right way, so that z counts upwards (a height or an altitude): set columns.z.sign = -1, or \
              earth_frame = \"enu\" if x and y are east and north",

@@ -53,6 +53,8 @@ pub fn least(step: f64, cost: impl Fn(f64) -> Option<(f64, usize)>) -> Option<La
     let shift = (0.5 * (before - after) / bend).clamp(-0.5, 0.5);
     let at = (best as f64 - f64::from(half) + shift) * step;
     let lowest = least - 0.125 * (before - after).powi(2) / bend;
+    // a parabola through costs that bend more than one may go below zero
+    let lowest = if lowest > 0.0 { lowest } else { least };
     let variance = 2.0 * lowest.max(0.0) / free.max(1) as f64 / (bend / (step * step));
     let none = costs[half as usize].0;
     let certainty = ((none - lowest).max(0.0) * free.max(1) as f64 / lowest.max(f64::MIN_POSITIVE)).sqrt();

@@ -50,24 +50,23 @@ fn named<'a>(commands: &[&'a (String, f64, &Thruster)]) -> Option<(f64, Vec<&'a 
 fn beyond_limits(commands: &[&(String, f64, &Thruster)]) -> Option<Found> {
     let (most, channels) = named(commands)?;
     let limit = commands.iter().filter_map(|(.., thruster)| thruster.max).max_by(f64::total_cmp)?;
-    let unit = if PULSES.contains(&most) {
-        "most likely they are pulse widths: set unit = \"us\" of these columns, and neutral and span in [[thruster]]"
-    } else if most <= 1.1 * PER_CENT * limit {
-        "most likely they are in per cent: set scale = 0.01 of these columns"
-    } else {
-        "they are in another unit: set unit or scale of these columns"
+    let found = |unit: &str| {
+        let text = format!(
+            "{} go up to {}, and their thrusters take {} at most (`max`): {unit} of these columns",
+            channels.join(", "),
+            short(most, 3),
+            short(limit, 3)
+        );
+        Found::new(&codes::COMMAND_UNIT, &channels, text)
     };
-    let text = format!(
-        "{} go up to {}, and their thrusters take {} at most (`max`): {unit}",
-        channels.join(", "),
-        short(most, 3),
-        short(limit, 3)
-    );
-    let mut found = Found::new(&codes::COMMAND_UNIT, &channels, text);
-    if !PULSES.contains(&most) && most <= 1.1 * PER_CENT * limit {
-        found = channels.iter().fold(found, |found, channel| found.fault(FaultKind::Unit, channel, PER_CENT));
-    }
-    Some(found)
+    Some(if PULSES.contains(&most) {
+        found("most likely they are pulse widths: set neutral and span in [[thruster]], and unit = \"us\"")
+    } else if most <= 1.1 * PER_CENT * limit {
+        let per_cent = found("most likely they are in per cent: set scale = 0.01");
+        channels.iter().fold(per_cent, |found, channel| found.fault(FaultKind::Unit, channel, PER_CENT))
+    } else {
+        found("they are in another unit: set unit or scale")
+    })
 }
 
 fn within_deadbands(commands: &[&(String, f64, &Thruster)]) -> Option<Found> {

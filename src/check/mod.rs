@@ -100,12 +100,13 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let loops = closed_loop::measure(run);
     let mut closed = closed_loop::judge(&loops);
     closed.extend(feedback::judge(run, &closed));
-    let pushed = open_loop_signs(run, &answers, &closed, options);
-    found.extend(signs(run, &pushed, &balances, &agreements));
+    let signs_of_commands = open_loop_signs(run, &answers, &closed, options);
+    found.extend(signs(run, &signs_of_commands, &balances, &agreements));
     if let Some(sinking) = sinking {
-        let heave: Vec<bool> = pushed.iter().filter(|(a, _)| a.velocity == "w").map(|(_, right)| *right).collect();
-        let right = heave.first().copied().filter(|first| heave.iter().all(|other| other == first));
-        found.extend(depth::judge(&sinking, right, steps));
+        let mut of_heave = signs_of_commands.iter().filter(|(a, _)| a.velocity == "w").map(|(_, right)| *right);
+        let first = of_heave.next();
+        let pushed_right = first.filter(|first| of_heave.all(|other| other == *first));
+        found.extend(depth::judge(&sinking, pushed_right, steps));
     }
     let gains: Vec<fins::Gain> = fins::measure(run).into_iter().filter(|g| !is_closed(&closed, g.channel)).collect();
     found.extend(fins::judge(&gains));

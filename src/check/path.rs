@@ -311,7 +311,7 @@ fn axes(path: &Path) -> Vec<Found> {
     let [x, y] = path.position.each_ref().map(String::as_str);
     let angle = |name: &str| {
         let a = path.agreements.iter().find(|a| a.channel == name)?;
-        Some((a.angle?, a.std / a.factor))
+        Some((a.angle?, a.std / a.factor)).filter(|(_, std)| 3.0 * std < 0.25 * PI)
     };
     let (u, v) = (angle("u"), angle("v"));
     let back = |a: Option<(f64, f64)>| a.map(|(angle, _)| angle.abs() > 0.75 * PI);

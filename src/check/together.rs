@@ -65,15 +65,30 @@ pub fn share_excitation(reports: &mut [CheckReport], of_fit: &[bool]) {
     let is_shown =
         |f: &Finding| f.code == codes::EXCITATION.code && f.column.as_deref().is_some_and(|c| shown.contains(&c));
     for report in reports {
-        let findings = report.findings.len();
-        report.findings.retain(|f| !is_shown(f));
-        if report.findings.len() < findings {
-            for light in report.lights.iter_mut().filter(|l| l.topic == Topic::Excitation) {
-                light.light = Some(Light::Green);
-            }
-            report.light_up();
-        }
+        withdraw(report, Topic::Excitation, is_shown);
     }
+}
+
+/// Withdraws all findings of wrong signs of commands: the wiring of the thrusters explains them.
+pub fn withdraw_signs(reports: &mut [CheckReport]) {
+    for report in reports {
+        withdraw(report, Topic::Commands, |f| f.code == codes::COMMAND_SIGN.code);
+        report.log_findings.retain(|fault| fault.kind != FaultKind::Sign);
+    }
+}
+
+/// Withdraws the findings of `topic` that satisfy `is_it`.
+fn withdraw(report: &mut CheckReport, topic: Topic, is_it: impl Fn(&Finding) -> bool) {
+    report.findings.retain(|f| !is_it(f));
+    light_anew(report, topic);
+}
+
+/// Lights `topic` by the findings that are left.
+fn light_anew(report: &mut CheckReport, topic: Topic) {
+    for light in report.lights.iter_mut().filter(|l| l.topic == topic) {
+        light.light = light.light.map(|_| Light::Green);
+    }
+    report.light_up();
 }
 
 fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
@@ -88,10 +103,7 @@ fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
     let finding = Finding { column: Some(column.to_string()), ..Finding::new(&codes::SIGN_DISAGREES, text) };
     report.findings[place] = finding.of_run(&report.run);
     report.log_findings.retain(|fault| fault.kind != FaultKind::Sign || fault.channel != column);
-    for light in report.lights.iter_mut().filter(|l| l.topic == Topic::Commands) {
-        light.light = light.light.map(|_| Light::Green);
-    }
-    report.light_up();
+    light_anew(report, Topic::Commands);
 }
 
 #[cfg(test)]

@@ -21,9 +21,9 @@ use crate::thrust::thruster::Thruster;
 /// Least share of the motion in a degree of freedom that the thrusters must explain more of if wired otherwise.
 const MORE: f64 = 0.3;
 /// Largest share of the motion in any degree of freedom that they may then explain less of.
-const LESS: f64 = 0.02;
+const LESS: f64 = 0.1;
 /// Least share of the motion that they must then explain where they explain far more.
-const WELL: f64 = 0.7;
+const WELL: f64 = 0.5;
 /// Difference in the sum of the shares over the degrees of freedom below which two wirings are not told apart.
 const ALIKE: f64 = 0.05;
 
@@ -138,17 +138,18 @@ impl Rows {
         })
     }
 
-    /// Share of the changes of velocity, after the other terms, that the thrusters explain with this wiring:
+    /// Share of the changes of velocity, after the other terms, that the thrusters explain with this wiring, with the
+    /// opposite sign if they push the wrong way:
     ///
     /// ```text
-    /// (bᵀFᵀy)²/(bᵀFᵀF b · yᵀy)        0 if bᵀFᵀy < 0: they push the wrong way
+    /// (bᵀFᵀy) |bᵀFᵀy|/(bᵀFᵀF b · yᵀy)
     /// ```
     fn explained(&self, wiring: Wiring) -> f64 {
         let shares = wiring.of(&self.shares);
         let weighted = |column: &[f64]| column.iter().zip(&shares).map(|(x, share)| x * share).sum::<f64>();
         let (along, size) =
             (weighted(&self.with_change), weighted(&self.products.iter().map(|row| weighted(row)).collect::<Vec<_>>()));
-        if along > 0.0 && size > 0.0 { along * along / (size * self.change) } else { 0.0 }
+        if size > 0.0 && self.change > 0.0 { along * along.abs() / (size * self.change) } else { 0.0 }
     }
 }
 
@@ -160,7 +161,8 @@ pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Foun
     }
     let rows: Vec<Rows> = dofs.iter().filter_map(|dof| Rows::of(runs, *dof, thrusters)).collect();
     let explained = |wiring: Wiring| rows.iter().map(|rows| rows.explained(wiring)).collect::<Vec<f64>>();
-    let given = explained(Wiring::AsGiven);
+    // thrusters that push the wrong way altogether are no matter of their wiring
+    let given: Vec<f64> = explained(Wiring::AsGiven).into_iter().map(f64::abs).collect();
     let better = |shares: &[f64]| {
         let pairs = || shares.iter().zip(&given);
         pairs().all(|(other, given)| *other > given - LESS)

@@ -7,8 +7,8 @@ use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::effects::Family;
-use crate::estimate::moving_runs;
 use crate::estimate::output_error::OutputErrorOptions;
+use crate::estimate::velocities_from_poses;
 use crate::frame::Dof;
 use crate::model::{Model, Term, name_of};
 use crate::run::{Run, Signal};
@@ -107,7 +107,7 @@ pub(super) fn remembered(
     options: &OutputErrorOptions,
 ) -> Result<Vec<Run>, TrackError> {
     let of_sensors = |c: &Candidate| c.family() == Family::Sensor;
-    let moving = moving_runs(model, runs);
+    let moving = velocities_from_poses(model, runs);
     let mut before: Vec<Run> = runs.iter().map(a_sample_late).collect();
     for (before, moving) in before.iter_mut().zip(&moving) {
         for (name, slope) in &moving.signals {

@@ -26,7 +26,7 @@ pub use balance::RegressorError;
 pub use folded::{Folded, folded};
 pub use integral::{IntegralError, integral_least_squares};
 pub use nodes::{Nodes, Span};
-pub use pose_velocity::moving_runs;
+pub use pose_velocity::velocities_from_poses;
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors_of};
 pub use row_fit::{AtBound, IntegralOptions, RowFit, Together, fit_rows};
 pub(crate) use start::samples_in;

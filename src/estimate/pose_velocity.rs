@@ -59,7 +59,7 @@ pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, Spans) 
 }
 
 /// The runs with a velocity in each modelled degree of freedom of which they log only the position.
-pub fn moving_runs(model: &Model, runs: &[Run]) -> Vec<Run> {
+pub fn velocities_from_poses(model: &Model, runs: &[Run]) -> Vec<Run> {
     with_velocities(model, runs).0
 }
 

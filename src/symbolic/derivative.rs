@@ -94,8 +94,8 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, touched: &[bool], known: &mut HashMap<u32,
 #[cfg(test)]
 mod tests {
     use super::super::Graph;
-    use super::super::graph::Lateness;
     use super::*;
+    use crate::symbolic::Lateness;
 
     /// Central differences with h = 1e-6 are accurate to about 1e-9 for functions of size 1; 1e-7
     /// is a margin of 100.

@@ -10,7 +10,7 @@ use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, Manoeuvre,
 use crate::shared;
 
 /// A planar campaign of the plant under a random force of this share of the commanded one, correlation 1 s.
-fn sea(vehicle: &str, force: f64, hidden: &[&str], seed: u64) -> Sea {
+pub fn sea(vehicle: &str, force: f64, hidden: &[&str], seed: u64) -> Sea {
     let vehicle = Vehicle::named(vehicle).expect("the plant has this vehicle");
     let force = RandomForce { share: force, correlation: 1.0 };
     let hidden = hidden.iter().map(|name| Hidden::new(name)).collect();
@@ -19,14 +19,16 @@ fn sea(vehicle: &str, force: f64, hidden: &[&str], seed: u64) -> Sea {
     Sea { force, hidden, instruments, seed, duration: 40.0, ..Sea::new(vehicle, &Dof::PLANE) }
 }
 
-fn answer(name: &str, sea: &Sea) -> Discovery {
+/// The answer of the search on a campaign of the plant that is written to the folder `name`.
+pub fn answer(name: &str, sea: &Sea) -> Discovery {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_{name}"));
     sea.sail().expect("the plant sails").write(&folder).expect("the folder is written");
     let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
     campaign::discover(&loaded).expect("a fit")
 }
 
-fn names(found: &Discovery) -> Vec<&str> {
+/// The names of the effects that were found.
+pub fn names(found: &Discovery) -> Vec<&str> {
     found.effects.iter().map(|e| e.id.as_str()).collect()
 }
 
@@ -93,108 +95,6 @@ fn blind_an_effect_under_a_random_force_is_named() {
     }
     let force = |k: usize| found.gap[k].force.iter().find(|f| f.dof.name() == "yaw").map_or(0.0, |f| f.rms);
     assert!(force(1) < 0.7 * force(0), "{} N m, then {}", force(0), force(1));
-}
-
-/// A DVL that is 0.2 s late under a random force is named, its latency within five deviations (two of them are Padé's), and the
-/// log is no fault of anything else.
-#[test]
-fn blind_a_late_dvl_is_named() {
-    let found = answer("late_dvl", &sea("laurs", 0.02, &["sensor_dvl_delay"], 204));
-    assert_eq!((names(&found), found.verdict), (vec!["sensor_dvl_delay"], Verdict::Explained), "{}", found.sentence);
-    let delay = &found.effects[0].parameters[0];
-    assert!((delay.value - 0.2).abs() < 5.0 * delay.std && delay.std < 0.02, "{delay:?}");
-}
-
-/// Held commands that take effect 0.4 s late are named as that, and as nothing else: not as a lag, nor as a memory of the
-/// water.
-#[test]
-fn blind_a_late_thrust_of_held_commands_is_named() {
-    let sea = sea("laurs", 0.02, &["thrust_delay"], 208);
-    let found = answer("late_thrust", &sea);
-    assert_eq!((names(&found), found.verdict), (vec!["thrust_delay"], Verdict::Explained), "{}", found.sentence);
-    let truth = sea.sail().expect("the plant sails").truth.value("thrust_delay").expect("it is hidden");
-    let delay = &found.effects[0].parameters[0];
-    assert!((delay.value - truth).abs() < 4.0 * delay.std, "{delay:?}, true {truth}");
-}
-
-/// Positions that come 0.3 s late are named as that where no log has a velocity: what a candidate remembers follows the slopes
-/// of the poses. A lift moment of the hull was named for it.
-#[test]
-fn blind_a_late_position_is_named_in_logs_of_poses() {
-    let mut late = sea("laurs", 0.02, &[], 210);
-    late.hidden = vec![Hidden { size: 0.3, ..Hidden::new("sensor_position_delay") }];
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_late_poses");
-    late.sail().expect("the plant sails").write(&folder).expect("the folder is written");
-    for log in std::fs::read_dir(&folder).expect("it was written").map(|entry| entry.expect("it is there").path()) {
-        if log.extension().is_some_and(|kind| kind == "csv") {
-            let text = std::fs::read_to_string(&log).expect("it was written");
-            let poses = text.replacen("u [m/s],v [m/s]", "nothing,nothing_either", 1);
-            assert_ne!(text, poses, "the velocities have their columns");
-            std::fs::write(&log, poses).expect("it can be written");
-        }
-    }
-    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
-    let found = campaign::discover(&loaded).expect("a fit");
-    assert_eq!(
-        (names(&found), found.verdict),
-        (vec!["sensor_position_delay"], Verdict::Explained),
-        "{}",
-        found.sentence
-    );
-    let delay = &found.effects[0].parameters[0];
-    assert!((delay.value - 0.3).abs() < 4.0 * delay.std && delay.std < 0.02, "{delay:?}");
-}
-
-/// A clock of the sensors that gains 4 ms a second on that of the commands is named with its rate, and as nothing else: not
-/// as a delay of the thrust, nor as scales of gyro and DVL, which it is in part.
-#[test]
-fn blind_a_drifting_clock_is_named() {
-    let found = answer("drifting_clock", &sea("laurs", 0.02, &["sensor_clock_drift"], 209));
-    assert_eq!((names(&found), found.verdict), (vec!["sensor_clock_drift"], Verdict::Explained), "{}", found.sentence);
-    let drift = &found.effects[0].parameters[0];
-    assert!((drift.value - 4e-3).abs() < 4.0 * drift.std && drift.std < 4e-4, "{drift:?}");
-}
-
-/// A gyro behind a low pass is named, its time constant within five deviations; the fit of such a log says that it
-/// contradicts itself.
-#[test]
-fn blind_a_smoothed_gyro_is_named() {
-    let sea = sea("laurs", 0.02, &["sensor_gyro_lag"], 206);
-    let found = answer("smoothed_gyro", &sea);
-    assert_eq!((names(&found), found.verdict), (vec!["sensor_gyro_lag"], Verdict::Explained), "{}", found.sentence);
-    assert_eq!(found.log_findings, vec![]);
-    let lag = &found.effects[0].parameters[0];
-    assert!((lag.value - 0.3).abs() < 5.0 * lag.std && lag.std < 0.02, "{lag:?}");
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_smoothed_gyro");
-    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
-    let fit = campaign::fit(&loaded, FitOptions::default()).expect("a fit");
-    assert!(
-        fit.sentence.starts_with("Do not use these numbers: the log contradicts itself: r lags"),
-        "{}",
-        fit.sentence
-    );
-    assert!(fit.warnings.iter().any(|w| w.code == "M142") && fit.may_lack());
-    // once it is in the model the log contradicts nothing, and is mended no more
-    let file = folder.join("campaign.toml");
-    let text = std::fs::read_to_string(&file).expect("it was written");
-    std::fs::write(&file, text.replace("\"coriolis_yaw\"]", "\"coriolis_yaw\", \"sensor_gyro_lag\"]"))
-        .expect("it is changed");
-    let with = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
-    let fit = campaign::fit(&with, FitOptions::default()).expect("a fit");
-    assert!(fit.sentence.starts_with("The fit converged"), "{}", fit.sentence);
-    let found = campaign::discover(&with).expect("a fit");
-    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
-    assert_eq!(found.log_findings, vec![]);
-}
-
-/// A gyro whose samples are stamped late is no effect: the log is told to be late, and nothing else is missing.
-#[test]
-fn blind_a_late_gyro_is_a_fault_of_the_log() {
-    let instruments = Suite { rate: 5.0, gyro_latency: 0.3, ..Suite::default() }.instruments(&Dof::PLANE);
-    let found = answer("late_gyro", &Sea { instruments, ..sea("laurs", 0.02, &[], 207) });
-    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
-    let [late] = &found.log_findings[..] else { panic!("{:?}", found.log_findings) };
-    assert!(late.channel == "r" && (late.factor - 0.3).abs() < 0.02, "{late:?}");
 }
 
 /// What no run of the fit moves has no model that could lack anything: it is refused as a fit refuses it.

@@ -9,6 +9,8 @@ use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions};
 use hydrosysid::model::Parameter;
 use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, RandomForce, Suite, Vehicle};
 
+use crate::changed_logs::{change_logs, without_velocities};
+
 /// Options with short segments and steps, so that the error of the fit's integrator stays below
 /// 1e-5 of the motion, and the unstable small vehicle is followed.
 const FIT: &str = "[fit]\nestimator = \"output_error\"\nsegment = 2.0\nlongest_step = 0.02\n[log]\n";
@@ -184,19 +186,15 @@ fn a_wall_clock_changes_no_fit() {
     let fit = |name: &str, origin: f64| {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("plant_{name}"));
         sailed.write(&folder).expect("the folder can be written");
-        for log in std::fs::read_dir(&folder).expect("it was written").map(|entry| entry.expect("it is there").path()) {
-            if log.extension().is_none_or(|kind| kind != "csv") {
-                continue;
-            }
-            let text = std::fs::read_to_string(&log).expect("it was written");
+        change_logs(&folder, |text| {
             let moved = text.lines().enumerate().map(|(k, line)| match line.split_once(',') {
                 Some((t, rest)) if k > 0 => {
                     format!("{:.7},{rest}\n", t.parse::<f64>().expect("a stamp") + origin)
                 }
                 _ => format!("{line}\n"),
             });
-            std::fs::write(&log, moved.collect::<String>()).expect("it can be written");
-        }
+            moved.collect()
+        });
         let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
         campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted").model
     };
@@ -223,14 +221,7 @@ fn poses_alone_tell_the_parameters() {
         let sailed = sea.sail().expect("it sails");
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("plant_poses_{seed}"));
         sailed.write(&folder).expect("the folder can be written");
-        for log in std::fs::read_dir(&folder).expect("it was written").map(|entry| entry.expect("it is there").path()) {
-            if log.extension().is_some_and(|kind| kind == "csv") {
-                let text = std::fs::read_to_string(&log).expect("it was written");
-                let renamed = text.replacen("u [m/s],v [m/s]", "nothing,nothing_either", 1);
-                assert_ne!(text, renamed, "the velocities have their columns");
-                std::fs::write(&log, renamed).expect("it can be written");
-            }
-        }
+        change_logs(&folder, without_velocities);
         let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
         let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
         for parameter in &fit.model.parameters {

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, RandomForce, Sailed, Vehicle};
 
+use crate::changed_logs::change_logs;
+
 /// Logs of the plant in a current, whose velocities over ground are replaced by velocities through
 /// the water, u − Rᵀ V.
 fn sailed(name: &str, seed: u64) -> (Sailed, PathBuf) {
@@ -22,12 +24,7 @@ fn sailed(name: &str, seed: u64) -> (Sailed, PathBuf) {
         of.expect("the truth has a current").value
     };
     let (north, east) = (water("V_N"), water("V_E"));
-    for log in std::fs::read_dir(&folder).expect("it was written").map(|entry| entry.expect("it is there").path()) {
-        if log.extension().is_some_and(|kind| kind == "csv") {
-            let text = std::fs::read_to_string(&log).expect("it was written");
-            std::fs::write(&log, through(&text, north, east)).expect("it can be written");
-        }
-    }
+    change_logs(&folder, |text| through(text, north, east));
     (sailed, folder.join("campaign.toml"))
 }
 
