@@ -206,7 +206,7 @@ pub fn is_command(term: &Term) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Run;
+    use crate::run::{Run, Signal};
 
     /// Sign of the gain in yaw that is reported; `rate` gives r, `moment` τ_r.
     fn told(rate: impl Fn(f64) -> f64, moment: impl Fn(f64) -> f64) -> Option<f64> {
