@@ -26,6 +26,19 @@ pub enum Interpolation {
     Hold,
 }
 
+impl Interpolation {
+    /// Both.
+    pub const ALL: [Interpolation; 2] = [Interpolation::Linear, Interpolation::Hold];
+
+    /// Name, as in a campaign file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Interpolation::Linear => "linear",
+            Interpolation::Hold => "hold",
+        }
+    }
+}
+
 /// An effect at its place, with the indices of its parameters in [`Model::parameters`].
 #[derive(Debug, Clone)]
 pub struct Term {

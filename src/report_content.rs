@@ -97,6 +97,7 @@ pub fn document_of(
     if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
         campaign.model = model.clone();
     }
+    campaign.model.input = found.and_then(|d| d.input).unwrap_or(campaign.model.input);
     // runs that the discovery needed also take part in the fit
     let took_part = found.map_or(&[][..], |d| &d.took_part);
     for run in campaign.runs.iter_mut().filter(|run| took_part.contains(&run.name)) {

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hydrosysid::campaign::{ModelFile, difference};
+use hydrosysid::campaign::{Adoption, ModelFile, difference};
 use hydrosysid::export::{self, Export, ExportError, ExportOptions, Target};
+use hydrosysid::model::Interpolation;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -60,7 +61,8 @@ pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) ->
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }
 
-/// Adds `names` to the effects of a campaign, or of another next to it; the runs `training` get the role `train`.
+/// Adds `names` to the effects of a campaign, or of another next to it; the runs `training` get the role `train`, and
+/// `input` (`hold` or `linear`) becomes that of its model.
 #[pyfunction]
 pub fn adopt(
     py: Python<'_>,
@@ -68,7 +70,10 @@ pub fn adopt(
     to: Option<PathBuf>,
     names: Vec<String>,
     training: Vec<String>,
+    input: Option<&str>,
 ) -> PyResult<()> {
-    let adopted = hydrosysid::campaign::adopt(&campaign, to.as_deref(), &names, &training);
+    let input = input.and_then(|name| Interpolation::ALL.into_iter().find(|one| one.name() == name));
+    let what = Adoption { names: &names, training: &training, input };
+    let adopted = hydrosysid::campaign::adopt(&campaign, to.as_deref(), &what);
     adopted.map(drop).map_err(|e| error::usage(py, &e))
 }

@@ -122,6 +122,10 @@ def test_what_is_found_is_adopted_in_memory(runs: list[hs.Run], folder: Path) ->
         found.adopt(hs.Campaign.from_file(folder / "campaign.toml"))
     with pytest.raises(hs.UsageError, match="warp_drive"):
         lacking.with_effects(["warp_drive"])
+    assert found.input is None
+    assert hs.fit(lacking.with_effects([], input="hold")) != hs.fit(lacking)
+    with pytest.raises(hs.UsageError, match="spline"):
+        lacking.with_effects([], input="spline")
 
 
 def test_runs_of_one_name_are_numbered_and_what_took_part_is_given_the_role(runs: list[hs.Run]) -> None:

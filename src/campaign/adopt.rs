@@ -1,5 +1,6 @@
-//! Adds named effects to the text of a campaign: extends its list `effects` and gives the role
-//! `train` to runs that took part in the fit. All other text stays as it is, comments included.
+//! Adds named effects to the text of a campaign: extends its list `effects`, sets `input`, and gives
+//! the role `train` to runs that took part in the fit. All other text stays as it is, comments
+//! included.
 
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,8 @@ use toml::Spanned;
 use super::file::{CampaignFile, ReadOptions};
 use super::load::names;
 use crate::atomic_file;
+use crate::discover::Discovery;
+use crate::model::Interpolation;
 
 /// The place of the list `effects` in the text of a campaign.
 #[derive(Deserialize)]
@@ -20,6 +23,31 @@ struct Listing {
 #[derive(Deserialize)]
 struct ModelListing {
     effects: Spanned<Vec<Spanned<String>>>,
+    input: Option<Spanned<String>>,
+}
+
+/// What a search changes in a campaign.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Adoption<'a> {
+    /// Names to add to the list of effects.
+    pub names: &'a [String],
+    /// Runs that get the role `train`.
+    pub training: &'a [String],
+    /// Interpolation of the commands, if it changes.
+    pub input: Option<Interpolation>,
+}
+
+impl<'a> From<&'a Discovery> for Adoption<'a> {
+    fn from(found: &'a Discovery) -> Adoption<'a> {
+        Adoption { names: &found.adopt, training: &found.took_part, input: found.input }
+    }
+}
+
+impl Adoption<'_> {
+    /// Whether it changes nothing.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty() && self.training.is_empty() && self.input.is_none()
+    }
 }
 
 /// The places of the roles of the runs in the text of a campaign.
@@ -66,13 +94,13 @@ pub enum AdoptError {
     },
 }
 
-/// Writes `names` into the effects of `campaign` (or the folder that holds `campaign.toml`), or
-/// into `to`, a campaign in the same folder; if `to` does not exist, it begins as a copy. The runs
-/// `training` get the role `train`. Returns the file that was written.
+/// Writes `what` into `campaign` (or the folder that holds `campaign.toml`), or into `to`, a campaign
+/// in the same folder; if `to` does not exist, it begins as a copy. Returns the file that was
+/// written.
 ///
 /// # Errors
 /// [`AdoptError`].
-pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String], training: &[String]) -> Result<PathBuf, AdoptError> {
+pub fn adopt(campaign: &Path, to: Option<&Path>, what: &Adoption<'_>) -> Result<PathBuf, AdoptError> {
     let own = CampaignFile::at(campaign);
     let to = to.map_or_else(|| own.clone(), Path::to_path_buf);
     let unusable = |file: &Path| {
@@ -88,7 +116,9 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String], training: &[S
     }
     let from = if to.is_file() { &to } else { &own };
     let text = crate::text_file::read(from).map_err(unusable(from))?;
-    let adopted = with_effects(&text, names).and_then(|text| with_training(&text, from, training));
+    let adopted = with_effects(&text, what.names)
+        .and_then(|text| with_input(&text, what.input))
+        .and_then(|text| with_training(&text, from, what.training));
     let text = adopted.map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
     atomic_file::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
     Ok(to)
@@ -125,6 +155,26 @@ pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     Ok([&text[..after], &added, &text[after..]].concat())
 }
 
+/// Returns `text` of a campaign with `input` in its table `model`, unless that is `None`.
+///
+/// # Errors
+/// A message with what `text` lacks to be the text of a campaign.
+pub fn with_input(text: &str, input: Option<Interpolation>) -> Result<String, String> {
+    let Some(input) = input else { return Ok(text.to_string()) };
+    let Listing { model } = toml::from_str(text).map_err(|e| e.message().to_string())?;
+    let value = format!("{:?}", input.name());
+    let mut text = text.to_string();
+    match model.input {
+        Some(there) => text.replace_range(there.span(), &value),
+        // before the list of effects, whose line is the only one that every campaign has there
+        None => {
+            let line = text[..model.effects.span().start].rfind('\n').map_or(0, |end| end + 1);
+            text.insert_str(line, &format!("input = {value}\n"));
+        }
+    }
+    Ok(text)
+}
+
 /// Returns `text` of the campaign `file` with the role `train` for those of `runs` that have
 /// another role.
 ///
@@ -154,7 +204,8 @@ pub fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String,
 mod tests {
     use std::path::Path;
 
-    use super::{with_effects, with_training};
+    use super::{with_effects, with_input, with_training};
+    use crate::model::Interpolation;
 
     fn with(list: &str, names: &[&str]) -> String {
         let text = format!("# mine\n[model]\ndofs = [\"yaw\"] # one\neffects = {list} # so far\n[fit]\n");
@@ -172,6 +223,17 @@ mod tests {
         assert_eq!(with("['inertia', 'a']", &["a"]), "['inertia', 'a']");
         let lines = "[\n  'inertia',  # m\n  'a',\n]";
         assert_eq!(with(lines, &["b"]), "[\n  'inertia',  # m\n  'a',\n  \"b\",\n]");
+    }
+
+    #[test]
+    fn the_interpolation_is_set_where_it_stands_or_beside_the_effects() {
+        let with = |text: &str, input| with_input(text, input).unwrap();
+        let (held, lines) = (Some(Interpolation::Hold), Some(Interpolation::Linear));
+        let set = |input: &str| format!("[model]\ninput = {input} # of init\neffects = [] # none\n");
+        assert_eq!(with(&set("'hold'"), lines), set("\"linear\""));
+        assert_eq!(with(&set("'hold'"), None), set("'hold'"));
+        let unset = "[model]\ndofs = [\"yaw\"]\neffects = []\n";
+        assert_eq!(with(unset, held), "[model]\ndofs = [\"yaw\"]\ninput = \"hold\"\neffects = []\n");
     }
 
     #[test]

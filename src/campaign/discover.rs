@@ -10,6 +10,7 @@ use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 use super::odd_run::OddRun;
+use super::reversed_thruster::Reversed;
 use super::steps_as_lines;
 use super::unexcited;
 
@@ -70,6 +71,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         }
         stands
     });
+    let reversed = Reversed::shown(campaign, &runs);
+    if let Some(reversed) = &reversed {
+        reversed.mend(campaign, &mut runs);
+    }
     let search =
         |model: &Model, runs: &[Run]| discover::discover(model, runs, &campaign.candidates, &fitting, &options);
     let mut model = campaign.model.clone();
@@ -120,7 +125,9 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     }
     let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
     let last = found.steps.last().map(|step| &step.fit);
-    let lines = last.is_some_and(|fit| steps_as_lines::refuted(&campaign.findings, fit, &train, &fitting));
+    // the finding of the search about the input replaces that of the logs
+    let lines = found.input.is_some()
+        || last.is_some_and(|fit| steps_as_lines::refuted(&campaign.findings, fit, &train, &fitting));
     let unsaid = |code: &str| code == codes::NO_VALIDATION.code || lines && code == codes::STEPS_AS_LINES.code;
     let told = campaign.findings.iter().filter(|f| !unsaid(f.code)).cloned();
     let told: Vec<Finding> = told.chain(campaign.brought.iter().cloned()).collect();
@@ -129,8 +136,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         let dofs: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
         found.with_runs_that_took_part(part, &format!("no run of the fit moves {}", dofs.join(", ")));
     }
-    let told: Vec<String> =
-        faults.iter().map(ToString::to_string).chain(odd_told.iter().map(ToString::to_string)).collect();
+    let of_log = faults.iter().map(ToString::to_string).chain(odd_told.iter().map(ToString::to_string));
+    let told: Vec<String> = of_log.chain(reversed.iter().map(ToString::to_string)).collect();
     let mended = |fault: &String| {
         let text = format!("{fault}; the search worked on the corrected channel, the files are unchanged");
         Finding::new(&codes::CORRECTED, text)
@@ -139,9 +146,11 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let tracks = found.steps.last().into_iter().flat_map(|step| &step.fit.filtered.problem.tracks);
     found.warnings.extend(first_samples::findings(tracks));
     let of_odd_runs = odd_told.iter().map(OddRun::finding);
-    found.log_findings = faults.iter().flat_map(Fault::findings).chain(of_odd_runs).collect();
+    let of_wiring = reversed.iter().map(Reversed::finding);
+    found.log_findings = faults.iter().flat_map(Fault::findings).chain(of_odd_runs).chain(of_wiring).collect();
     if !told.is_empty() {
-        found.sentence = format!("The log is wrong: {}. With that corrected: {}", told.join("; "), found.sentence);
+        let what = if faults.is_empty() && odd_told.is_empty() { "wiring" } else { "log" };
+        found.sentence = format!("The {what} is wrong: {}. With that corrected: {}", told.join("; "), found.sentence);
     }
     Ok(found)
 }

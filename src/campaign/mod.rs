@@ -51,6 +51,7 @@ mod prediction;
 mod published;
 mod reading;
 mod resample;
+mod reversed_thruster;
 mod same_log;
 mod scale;
 mod simulate;
@@ -63,7 +64,7 @@ mod vehicles;
 mod vertical;
 mod window;
 
-pub use adopt::{AdoptError, adopt, with_effects, with_training};
+pub use adopt::{AdoptError, Adoption, adopt, with_effects, with_input, with_training};
 pub use bench::{Bench, BenchThruster, bench};
 pub use bench_vehicle::{BenchVehicle, bench_vehicle};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};

@@ -153,9 +153,16 @@ impl Rows {
     }
 }
 
-/// Returns the finding of a thruster that is reversed, or of two that are exchanged, if the runs of the fit show it. `runs`
-/// hold the forces of the thrusters and the totals of these; `dofs` are those of the model.
-pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Found> {
+/// Wirings that explain the motion far better than the given one.
+struct Otherwise {
+    /// Those that the runs do not tell apart, the best first.
+    alike: Vec<Wiring>,
+    /// What the best one explains more of.
+    gained: String,
+}
+
+/// Returns the wirings that explain far more of the motion in `runs`, if there are any.
+fn otherwise(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Otherwise> {
     if thrusters.iter().any(|thruster| thruster.validate().is_err()) {
         return None;
     }
@@ -174,21 +181,41 @@ pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Foun
         wirings.map(|wiring| (wiring, explained(wiring))).filter(|(_, shares)| better(shares)).collect();
     fitted.sort_by(|a, b| total(&b.1).total_cmp(&total(&a.1)));
     let (_, best) = fitted.first()?;
-    let alike: Vec<Wiring> =
-        fitted.iter().filter(|(_, shares)| total(shares) > total(best) - ALIKE).map(|(wiring, _)| *wiring).collect();
+    let alike = fitted.iter().filter(|(_, shares)| total(shares) > total(best) - ALIKE).map(|(wiring, _)| *wiring);
     let changed = rows.iter().zip(best).zip(&given).filter(|((_, best), given)| **best > **given + MORE);
     let told = changed.map(|((rows, best), given)| {
         format!("{} % of {} instead of {} %", short(100.0 * best, 2), rows.dof, short(100.0 * given, 2))
     });
-    let told: Vec<String> = told.collect();
+    Some(Otherwise { alike: alike.collect(), gained: told.collect::<Vec<_>>().join(", ") })
+}
+
+/// Returns the finding of a thruster that is reversed, or of two that are exchanged, if the runs of the fit show it. `runs`
+/// hold the forces of the thrusters and the totals of these; `dofs` are those of the model.
+pub fn judge(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<Found> {
+    let Otherwise { alike, gained } = otherwise(runs, dofs, thrusters)?;
     let named: Vec<String> = alike.iter().take(MOST_NAMED).map(|wiring| wiring.told()).collect();
     let more = if alike.len() > MOST_NAMED { ", or other wirings," } else { "" };
     let text = format!(
-        "with {}{more} the thrusters explain {}: correct the [[thruster]] table (turn its axis), set sign = -1 for the column, or \
-         exchange the two columns",
+        "with {}{more} the thrusters explain {gained}: correct the [[thruster]] table (turn its axis), set sign = -1 for the column, \
+         or exchange the two columns",
         named.join(", or "),
-        told.join(", "),
     );
     let channels: Vec<String> = if let [one] = alike[..] { one.channels() } else { Vec::new() };
     Some(Found::new(&codes::COMMAND_SIGN, &channels.iter().map(String::as_str).collect::<Vec<_>>(), text))
+}
+
+/// Returns the sum over `dofs` of the shares of the motion in `runs` that the thrusters explain as they are given.
+pub fn explained(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> f64 {
+    let rows = dofs.iter().filter_map(|dof| Rows::of(runs, *dof, thrusters));
+    rows.map(|rows| rows.explained(Wiring::AsGiven)).sum()
+}
+
+/// Returns the thruster that is reversed, by index, and what the thrusters explain with it turned, in words; `None` if the
+/// runs show no wrong wiring, or allow another one.
+pub fn reversed(runs: &[&Run], dofs: &[Dof], thrusters: &[Thruster]) -> Option<(usize, String)> {
+    let Otherwise { alike, gained } = otherwise(runs, dofs, thrusters)?;
+    match alike[..] {
+        [Wiring::Reversed(thruster)] => Some((thruster, gained)),
+        _ => None,
+    }
 }

@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::wrapped;
 use super::{answer, plot, scatter};
-use crate::campaign::{self, Campaign, Fit, FitOptions, LoadOptions, ModelFile, Simulation};
+use crate::campaign::{self, Adoption, Campaign, Fit, FitOptions, LoadOptions, ModelFile, Simulation};
 use crate::log::{self, LogOptions};
 use crate::run::{Run, Signal};
 use crate::wording::count;
@@ -185,18 +185,20 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
     let campaign = a.campaign.display();
-    let (names, training) = (&found.adopt, &found.took_part);
-    // --adopt writes effects, and the roles of runs that took part
+    let adoption = Adoption::from(&found);
+    let Adoption { names, training, input } = adoption;
+    // --adopt writes effects, the interpolation of the commands, and the roles of runs that took part
     let written = |effects: String| {
         let roles = format!("role = \"train\" for {}", training.join(", "));
-        let parts = [(!names.is_empty()).then_some(effects), (!training.is_empty()).then_some(roles)];
+        let input = input.map(|input| format!("input = \"{}\"", input.name()));
+        let parts = [(!names.is_empty()).then_some(effects), input, (!training.is_empty()).then_some(roles)];
         parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")
     };
     let next = match &a.adopt {
-        _ if names.is_empty() && training.is_empty() => format!("hydrosysid report {campaign}"),
+        _ if adoption.is_empty() => format!("hydrosysid report {campaign}"),
         Some(to) => {
             // the user asked to edit the campaign: it is the only input that a call writes
-            let file = campaign::adopt(&a.campaign, to.as_deref(), names, training)?;
+            let file = campaign::adopt(&a.campaign, to.as_deref(), &adoption)?;
             let file = file.display();
             output.print(&format!("{file} has {} now", written(format!("{} in its model", names.join(", ")))));
             format!("hydrosysid fit {file}")

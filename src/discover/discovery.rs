@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use super::appeared::appeared;
+use super::between_rows::{BETWEEN_ROWS, COMMANDS_HELD, finding, told_before};
 use super::candidate::Candidate;
 use super::constancy::{ChangedParameter, changed, likelier};
 use super::disagreement::{Where, disagreement};
@@ -19,14 +20,11 @@ use super::stepped::stepped;
 use super::surrogate::{leave_out, surrogates};
 use super::task::Task;
 use super::verdict::{Verdict, alike, apart, moved_otherwise, sentence, verdict};
-use crate::effects::id;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::{Interpolation, Model};
 use crate::progress;
-use crate::run::Run;
-use crate::wording::digits;
 
 /// Finding of a check of the log that could look like missing physics.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,6 +65,8 @@ pub struct Discovery {
     pub adopt: Vec<String>,
     /// Runs of the role `validate` that joined the fit, because the `train` runs alone did not explain the others.
     pub took_part: Vec<String>,
+    /// Interpolation of the commands with which the search worked, if the baseline's does not fit the data.
+    pub input: Option<Interpolation>,
     /// Effects that were added and removed again.
     pub removed: Vec<String>,
     /// Findings that look like a fault of the log.
@@ -110,7 +110,7 @@ impl Discovery {
 
 /// Codes of the discovery's findings.
 pub const CODES: &[Code] =
-    &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT, ELSEWHERE, TOOK_PART, CHANGED];
+    &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT, ELSEWHERE, TOOK_PART, CHANGED, BETWEEN_ROWS];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -126,14 +126,6 @@ const TIED: Code = Code {
     severity: Severity::Warning,
     meaning: "Other effects explain this data as well as the one that was named: see `also_possible` in the JSON, and \
               run the experiment that would separate them.",
-};
-
-const COMMANDS_HELD: Code = Code {
-    code: "D106",
-    kind: "commands-held",
-    severity: Severity::Warning,
-    meaning: "A delay of half a sample of the commands is the signature of held commands that are interpolated \
-              linearly: set `input = \"hold\"` in [model], and search again.",
 };
 
 /// Something is missing, and no effect of the catalogue explains it.
@@ -243,7 +235,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
             format!("{}: run the experiment that would separate them", alike.trim().trim_end_matches('.')),
         ));
     }
-    let as_lines = half_a_sample(&effects, train).filter(|_| fit.model.input == Interpolation::Linear);
+    let input = Some(fit.model.input).filter(|input| *input != baseline.input);
     if !strange.is_empty() {
         warnings.push(Finding::new(&BEYOND_THE_FIT, BEYOND_THE_FIT.meaning));
         warnings.extend(beyond.iter().cloned());
@@ -280,44 +272,36 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     let smallest_visible = smallest_visible(&found);
     let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();
     let more = next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen);
-    if let Some(seconds) = as_lines {
-        let text =
-            format!("the delay of {} s is half a sample of the commands: {}", digits(seconds), COMMANDS_HELD.meaning);
-        warnings.push(Finding::new(&COMMANDS_HELD, text));
-    }
+    warnings.extend(input.map(finding));
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: match as_lines {
-            _ if is_hopeless => moved_otherwise(&otherwise),
-            Some(seconds) if passes => format!(
-                "Held commands were interpolated linearly, which looks like a delay of half of their sample time, {} \
-                 s: set `input = \"hold\"` in [model], and search again.",
-                digits(seconds)
-            ),
-            _ => sentence(
-                verdict,
-                &effects,
-                &found.behaves_like,
-                &fit.noise.forces,
-                better,
-                (&failing, &apart(&strange, elsewhere)),
-                changed_parameter.as_ref(),
-            ),
-        },
-        next_experiment: next::driven(&dofs)
-            .or(next::take_part(&strange).or(next::show(elsewhere)))
-            .or(more.filter(|_| as_lines.is_none())),
+        sentence: told_before(
+            input,
+            match is_hopeless {
+                true => moved_otherwise(&otherwise),
+                false => sentence(
+                    verdict,
+                    &effects,
+                    &found.behaves_like,
+                    &fit.noise.forces,
+                    better,
+                    (&failing, &apart(&strange, elsewhere)),
+                    changed_parameter.as_ref(),
+                ),
+            },
+        ),
+        next_experiment: next::driven(&dofs).or(next::take_part(&strange).or(next::show(elsewhere))).or(more),
         moved_otherwise: dofs,
         changed_parameter,
         residuals,
         places,
-        // commands read as straight lines by mistake have no delay to add
-        adopt: if as_lines.is_some() { Vec::new() } else { names_to_list(&found, own) },
+        adopt: names_to_list(&found, own),
         effects,
         gap,
         behaves_like: found.behaves_like,
         took_part: Vec::new(),
+        input,
         removed: found.removed,
         log_findings: Vec::new(),
         smallest_visible,
@@ -335,16 +319,4 @@ fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, Ou
         Some(appeared) if appeared.alone => Ok(Some(appeared)),
         appeared => Ok(likelier(appeared, stepped((fit, scored), task, 0.0)?)),
     }
-}
-
-/// The delay, s, if it is the only name and equals half of the commands' sample time: the commands are held.
-fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<f64> {
-    let [only] = effects else { return None };
-    let delay = only.parameters.first().filter(|_| only.id == id::THRUST_DELAY)?;
-    let commands = || runs.iter().flat_map(|r| Dof::ALL.into_iter().filter_map(|d| r.signal(d.force())));
-    let spans = commands().filter(|s| s.len() > 1).map(|s| (s.time()[s.len() - 1] - s.time()[0], s.len() - 1));
-    let (seconds, steps) = spans.fold((0.0, 0), |(t, n), (span, count)| (t + span, n + count));
-    let half = 0.5 * seconds / steps.max(1) as f64;
-    let near = (delay.value - half).abs() < (2.0 * delay.std).max(0.1 * half);
-    near.then_some(delay.value)
 }

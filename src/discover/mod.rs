@@ -3,6 +3,7 @@
 mod again;
 mod appeared;
 mod begun;
+mod between_rows;
 mod candidate;
 mod columns;
 mod constancy;

@@ -59,8 +59,8 @@ fn rule(
             // with held input, a command that changes between two rows takes effect at the later one
             if after.input == Interpolation::Hold && -p.value < sample {
                 return Some(format!(
-                    "{} is negative, by less than a sample: if commands change between the logged rows rather than at \
-                     them, set `input = \"linear\"` in [model], and search again",
+                    "{} is negative, by less than a sample: commands that change between the logged rows look like \
+                     this; log every change of the commands",
                     told(p)
                 ));
             }
@@ -173,8 +173,8 @@ mod tests {
         assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
         // negative by less than a sample, with held commands: they may change between their rows
         let held = |late: f64| told_of(Interpolation::Hold, "thrust_delay", &[(late, 0.001)]).unwrap();
-        assert!(held(-0.05).contains("negative") && held(-0.05).contains("input = \"linear\""));
-        assert!(held(-0.3).contains("negative") && !held(-0.3).contains("linear"));
+        assert!(held(-0.05).contains("negative") && held(-0.05).contains("between the logged rows"));
+        assert!(held(-0.3).contains("negative") && !held(-0.3).contains("rows"));
         assert!(told("thrust_delay", &[(0.0024, 0.0007)]).unwrap().contains("twentieth of a sample"));
         assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
         assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));

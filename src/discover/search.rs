@@ -2,6 +2,8 @@
 //!
 //! 1. the baseline is fitted by filter error, its noise included;
 //! 2. one pass scores every absent effect ([`super::screen`]);
+//!    if the data contradict what the commands do between their rows, the search goes on with the other interpolation
+//!    ([`super::between_rows`]);
 //!    if an effect that begins at an instant explains more than any effect present throughout, and nothing remains, it
 //!    is the answer ([`super::appeared`]);
 //! 3. the best few are refitted with the noise free ([`super::naming`], [`super::refit`]); the likelihood ratio
@@ -16,6 +18,7 @@
 
 use super::again::{backward, rivalled};
 use super::appeared::{all_along, appeared_first};
+use super::between_rows::{held_instead, otherwise, otherwise_delayed};
 use super::candidate::Candidate;
 use super::constancy::likelier;
 use super::naming::next_name;
@@ -50,9 +53,14 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         Ok(fit) if is_beyond(&fit.model, &bounded) => fitted(&bounded).unwrap_or(fit),
         fit => fit?,
     };
-    let fit = at_rest(fit, task);
-    let list = asked(&fit.model, task);
-    let screen = screened(&fit, &list, task)?;
+    let mut fit = at_rest(fit, task);
+    let mut list = asked(&fit.model, task);
+    let mut screen = screened(&fit, &list, task)?;
+    if let Some(other) = otherwise(&fit, (&list, &screen), task) {
+        fit = at_rest(other, task);
+        list = asked(&fit.model, task);
+        screen = screened(&fit, &list, task)?;
+    }
     let mut found = Search {
         steps: vec![Step { name: None, fit }],
         added: Vec::new(),
@@ -80,6 +88,15 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         let removed = found.removed.len();
+        if let Some(held) = held_instead(found.last_fit(), &fit, task) {
+            if let Some(step) = found.steps.last_mut() {
+                step.fit = held;
+            }
+            (found.candidates, found.screen) = asked_beside(&found, task)?;
+            continue;
+        }
+        let is_delay = added.candidate.terms.iter().any(|(effect, _)| effect.delays_command().is_some());
+        let fit = Some(&fit).filter(|_| is_delay).and_then(|fit| otherwise_delayed(fit, task)).unwrap_or(fit);
         found.take(added, fit);
         // beside a baseline that has not converged any name gains: test the newest too, as the fit without it has
         // improved since

@@ -239,6 +239,7 @@ mod tests {
             moved_otherwise: Vec::new(),
             erring: Vec::new(),
             took_part: Vec::new(),
+            input: None,
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::answer::{Answer, Refusal};
 use super::edit::effects;
 use super::workspace::Workspace;
-use crate::campaign;
+use crate::campaign::{self, Adoption};
 use crate::discover::{Discovery, FoundEffect, LogFinding, Verdict, Where};
 use crate::finding::Finding;
 use crate::report::figure;
@@ -72,9 +72,12 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
 /// Adds an effect to the campaign, and the runs that took part in the search to the fit, as
 /// `discover --adopt` does.
 pub(super) fn adopt(workspace: &Workspace, name: &str) -> Result<(), Refusal> {
-    let took_part = workspace.discovery.result().map_or_else(Vec::new, |found| found.discovery.took_part.clone());
+    let found = workspace.discovery.result();
+    let adoption = found.as_ref().map_or_else(Adoption::default, |found| Adoption::from(&found.discovery));
     workspace.edit(|text| {
         let text = effects::with(text, name)?;
-        campaign::with_training(&text, &workspace.file, &took_part).map_err(Refusal::unusable)
+        campaign::with_input(&text, adoption.input)
+            .and_then(|text| campaign::with_training(&text, &workspace.file, adoption.training))
+            .map_err(Refusal::unusable)
     })
 }

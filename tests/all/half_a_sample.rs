@@ -1,5 +1,5 @@
-//! Held commands that are read as straight lines, which delays them by half a sample: the search
-//! names the cause.
+//! Held commands that are read as straight lines act half a row late, lines that are read as held up to a row: the
+//! search finds out which, and goes on with the other interpolation.
 
 use std::path::Path;
 
@@ -7,6 +7,7 @@ use crate::surge::surge;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
 use hydrosysid::campaign::{self, Campaign};
 use hydrosysid::discover::Discovery;
+use hydrosysid::model::Interpolation;
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
 
@@ -56,8 +57,21 @@ fn held_commands_that_are_read_as_lines_are_said_to_be_held() {
     assert!(found.sentence.starts_with("Held commands were interpolated linearly"), "{}", found.sentence);
     assert!(found.sentence.contains("input = \"hold\""), "{}", found.sentence);
     assert!(found.warnings.iter().any(|w| w.code == "D106"), "{:?}", found.warnings);
-    // the remedy is another option for the log, not an effect in the model
+    // the remedy is another option of the model, not an effect
     assert!(found.adopt.is_empty(), "{:?}", found.adopt);
+    assert_eq!(found.input, Some(Interpolation::Hold));
+    assert!(found.sentence.contains("Nothing is missing"), "{}", found.sentence);
+}
+
+/// Lines that are read as held would push half a row late.
+#[test]
+fn commands_that_change_between_the_rows_are_said_to() {
+    let found = found(false, "hold");
+    assert!(found.sentence.starts_with("The commands change between the logged rows"), "{}", found.sentence);
+    assert!(found.sentence.contains("input = \"linear\""), "{}", found.sentence);
+    assert!(found.sentence.contains("Nothing is missing"), "{}", found.sentence);
+    assert!(found.warnings.iter().any(|w| w.code == "D112"), "{:?}", found.warnings);
+    assert_eq!((found.input, found.adopt.len()), (Some(Interpolation::Linear), 0));
 }
 
 #[test]
@@ -65,5 +79,6 @@ fn commands_that_are_read_as_they_are_lack_nothing() {
     for (is_held, input) in [(true, "hold"), (false, "linear")] {
         let found = found(is_held, input);
         assert!(found.sentence.starts_with("Nothing is missing"), "{input}: {}", found.sentence);
+        assert_eq!(found.input, None, "{input}");
     }
 }

@@ -95,12 +95,15 @@ class Campaign:
             campaign._make(("file", fspath(path), allow_outside), tell)
         return campaign
 
-    def with_effects(self, names: Sequence[str], training: Sequence[str] = ()) -> Campaign:
+    def with_effects(
+        self, names: Sequence[str], training: Sequence[str] = (), *, input: str | None = None
+    ) -> Campaign:
         """The same campaign with further effects in its baseline, as `Discovery.adopt` puts them there.
 
         Args:
             names: ids of the catalogue; those already present are not repeated.
             training: names of runs, as in `runs`, that get the role ``train``.
+            input: ``hold`` or ``linear``, if the commands are taken otherwise than in this campaign.
 
         Raises:
             UsageError: no such effect or run, or the campaign was read from a file, which defines its baseline.
@@ -117,6 +120,8 @@ class Campaign:
         tables = json.loads(text)
         there = tables["model"]["effects"]
         tables["model"]["effects"] = list(dict.fromkeys([*there, *names]))
+        if input is not None:
+            tables["model"]["input"] = input
         for table, run in zip(tables["run"], kept, strict=True):
             table["role"] = run.role
         return _unpickled(type(self), (kind, json.dumps(tables), kept))

@@ -245,6 +245,8 @@ class Discovery(Result):
         adopt_names: the names in the campaign's list of effects once adopted; see `adopt`.
         took_part: runs of the role ``validate`` that took part in the fit, because those of the role ``train`` alone
             did not explain the others, or left a degree of freedom at rest.
+        input: ``hold`` or ``linear`` if the search took the commands otherwise than the campaign says, because the data
+            ask for it; else `None`.
         removed: effects that were added and removed again.
         log_findings: apparent faults of the log.
         smallest_visible: the smallest effects that this data could have shown.
@@ -264,6 +266,7 @@ class Discovery(Result):
     behaves_like: tuple[BehavesLike, ...]
     adopt_names: tuple[str, ...] = field(metadata={"key": "adopt"})
     took_part: tuple[str, ...]
+    input: str | None
     removed: tuple[str, ...]
     log_findings: tuple[LogFinding, ...]
     smallest_visible: tuple[SmallestVisible, ...]
@@ -283,7 +286,7 @@ class Discovery(Result):
         Args:
             campaign: a campaign in memory, which is not changed; or the campaign file, or the folder with
                 ``campaign.toml``, whose comments and other content are kept. The runs of `took_part` get the role
-                ``train``.
+                ``train``, and `input` is set.
             to: for files, another campaign in the same folder, so that the logs are found; a copy of `campaign` if it
                 does not exist.
 
@@ -295,8 +298,8 @@ class Discovery(Result):
                 a file, which must be given instead.
         """
         if isinstance(campaign, Campaign):
-            return campaign.with_effects(self.adopt_names, self.took_part)
-        _native.adopt(campaign, to, list(self.adopt_names), list(self.took_part))
+            return campaign.with_effects(self.adopt_names, self.took_part, input=self.input)
+        _native.adopt(campaign, to, list(self.adopt_names), list(self.took_part), self.input)
         return None
 
     def rows(self) -> Rows:
