@@ -3,7 +3,7 @@
 //! ```text
 //! |θ̂ − neutral| > 3 s        of one parameter at least, or of all of them together:  χ²_k(θᵀ C⁻¹ θ) as improbable as 3 s is
 //! min < θ̂ < max              dissipation dissipates, a delay is not negative
-//! θ̂ > h/20                   of a time, h: the time between samples
+//! θ̂ > h/20                   of a time, h: the time between samples; |δ̂| t > h/20 of a rate of clocks, t: the longest run
 //! s < ½ |θ̂|                  of a time constant, a limit or another shape that was searched over a grid
 //! ```
 
@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::screen::log_survival;
+use crate::effects::CommandDelay;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::model::{Interpolation, Model, Parameter};
 use crate::units::Dimension;
@@ -33,20 +34,25 @@ const FAINT: f64 = 0.2;
 
 /// Rule that the parameters which `candidate` added to `before` break, in words; `None` if they break none.
 pub(super) fn broken(before: &Model, fit: &FilterErrorFit, candidate: &Candidate) -> Option<String> {
-    rule(before, &fit.model, candidate, (fit.filtered.sample_time(), || are_together_something(before, fit)))
+    let tracks = fit.filtered.problem.tracks.iter();
+    let longest = tracks.filter_map(|track| Some(track.time.last()? - track.time.first()?)).fold(0.0, f64::max);
+    let clock = (fit.filtered.sample_time(), longest);
+    rule(before, &fit.model, candidate, (clock, || are_together_something(before, fit)))
 }
 
-/// The same for a sample time `sample`, s; `together`: whether the parameters are jointly significant.
+/// The same for a sample time and a longest run, s; `together`: whether the parameters are jointly significant.
 fn rule(
     before: &Model,
     after: &Model,
     candidate: &Candidate,
-    (sample, together): (f64, impl Fn() -> bool),
+    ((sample, longest), together): ((f64, f64), impl Fn() -> bool),
 ) -> Option<String> {
     let new = brought(before, after);
     if new.is_empty() {
         return None;
     }
+    let grows =
+        candidate.terms.iter().any(|(effect, _)| matches!(effect.delays_command(), Some(CommandDelay::Growing(_))));
     let told = |p: &Parameter| {
         format!("{} = {} {}", p.spec.name, measured(p.value, p.std.unwrap_or(f64::NAN)), p.spec.dimension)
     };
@@ -68,6 +74,12 @@ fn rule(
         }
         if p.spec.dimension == Dimension::TIME && p.value < RESOLVED * sample {
             return Some(format!("{} is less than a twentieth of a sample", told(p)));
+        }
+        if grows && p.value.abs() * longest < RESOLVED * sample {
+            return Some(format!(
+                "{} changes the time by less than a twentieth of a sample in the longest run",
+                told(p)
+            ));
         }
         let searched = candidate.probes.len() > 1 && !p.spec.is_linear();
         if searched && std > DETERMINED * p.value.abs() {
@@ -162,7 +174,7 @@ mod tests {
         for (p, (value, std)) in new.zip(values) {
             (p.value, p.std) = (*value, Some(*std));
         }
-        rule(&before, &after, &candidate, (0.1, || false))
+        rule(&before, &after, &candidate, ((0.1, 60.0), || false))
     }
 
     #[test]
@@ -176,6 +188,8 @@ mod tests {
         assert!(held(-0.05).contains("negative") && held(-0.05).contains("between the logged rows"));
         assert!(held(-0.3).contains("negative") && !held(-0.3).contains("rows"));
         assert!(told("thrust_delay", &[(0.0024, 0.0007)]).unwrap().contains("twentieth of a sample"));
+        assert_eq!(told("sensor_clock_drift", &[(0.002, 0.0001)]), None);
+        assert!(told("sensor_clock_drift", &[(0.00008, 0.00001)]).unwrap().contains("twentieth of a sample"));
         assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
         assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));
         assert!(told("thruster_fault@surge", &[(-0.002, 0.0014), (22.7, 1.2)]).unwrap().contains("within three"));

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
+use hydrosysid::campaign::{self, Adoption, Campaign, FitOptions, LoadOptions};
 use hydrosysid::discover::{Discovery, Verdict};
 use hydrosysid::report::Origin;
 use hydrosysid::report_content::page_of;
@@ -98,7 +98,7 @@ fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
     let page = page_of(&campaign, Some(&found), None, Origin::default()).expect("a report");
     assert!(page.contains("The worst run: run05.csv"), "{}", &page[..2000]);
     // after adoption that run takes part in the fit of the campaign
-    campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("a campaign");
+    campaign::adopt(&folder, None, &Adoption::from(&found)).expect("a campaign");
     let adopted = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
     assert_eq!(adopted.runs.iter().filter(|run| run.role == Role::Validate).count(), 1);
     let fit = campaign::fit(&adopted, FitOptions::default()).expect("a fit");

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, PlanRequest, PlanSource};
+use hydrosysid::campaign::{self, Adoption, Campaign, FitOptions, LoadOptions, ModelFile, PlanRequest, PlanSource};
 use hydrosysid::discover::{Discovery, Verdict};
 use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, Manoeuvre, Pilots, RandomForce, Suite, Vehicle};
 
@@ -177,7 +177,7 @@ fn blind_a_thruster_that_fails_is_found_with_its_instant() {
         assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
         // a fit of the campaign with the name in it comes to the same instant
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_fault-{vehicle}"));
-        let file = campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("the name goes in");
+        let file = campaign::adopt(&folder, None, &Adoption::from(&found)).expect("the name goes in");
         let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
         let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
         let again = fit.model.parameters.iter().find(|p| p.spec.name == "t_faultu").expect("it is in the model");
@@ -194,7 +194,7 @@ fn blind_single_thrusters_are_named() {
         let found = answer(name, &sea);
         assert_eq!((names(&found), found.verdict), (vec![hidden], Verdict::Explained), "{}", found.sentence);
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_{name}"));
-        let file = campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("the names go in");
+        let file = campaign::adopt(&folder, None, &Adoption::from(&found)).expect("the names go in");
         let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
         let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
         let source = PlanSource::of_fit(&complete, &fit);

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use hydrosysid::campaign::{self, Campaign, Estimator, Fit, FitOptions, LoadOptions};
+use hydrosysid::campaign::{self, Adoption, Campaign, Estimator, Fit, FitOptions, LoadOptions};
 use hydrosysid::discover::Verdict;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, RandomForce, Suite, Vehicle};
 
@@ -12,7 +12,8 @@ fn adopted(name: &str, sea: &Sea) -> Campaign {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("timed_{}", name.replace('@', "_")));
     let _ = std::fs::remove_dir_all(&folder);
     sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
-    campaign::adopt(&folder, None, &[name.to_string()], &[]).expect("it is a campaign");
+    let what = Adoption { names: &[name.to_string()], ..Adoption::default() };
+    campaign::adopt(&folder, None, &what).expect("it is a campaign");
     Campaign::load(&folder, LoadOptions::default()).expect("a campaign")
 }
 

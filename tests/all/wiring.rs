@@ -3,20 +3,33 @@
 
 use std::path::PathBuf;
 
-use hydrosysid::campaign::{Check, LoadOptions, check_campaign};
+use hydrosysid::campaign::{self, Campaign, Check, FitOptions, LoadOptions, check_campaign};
 use hydrosysid::check::Light;
+use hydrosysid::discover::Verdict;
 use hydrosysid_plant::{Campaign as Sea, Commands, Dof, RandomForce, Suite, Vehicle};
 
 use crate::changed_logs::change_logs;
+use crate::discovery::{names, sea};
 
 /// The checks of the campaign with its logs changed: `change` maps the name of a column and a value to the value that is
 /// logged instead.
 fn checked(name: &str, change: impl Fn(&str, f64) -> f64) -> Check {
+    let folder = heavy(name, change);
+    check_campaign(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign")
+}
+
+/// The folder with the campaign.
+fn heavy(name: &str, change: impl Fn(&str, f64) -> f64) -> PathBuf {
     let vehicle = Vehicle::named("heavy").expect("the plant has this vehicle");
     let instruments = Suite::default().instruments(&Dof::ALL);
     let force = RandomForce { share: 0.02, correlation: 1.0 };
     let commands = Commands::Thrusters;
     let sea = Sea { force, instruments, seed: 6101, duration: 40.0, commands, ..Sea::new(vehicle, &Dof::ALL) };
+    written(name, &sea, change)
+}
+
+/// The folder with the logs of a campaign, changed.
+fn written(name: &str, sea: &Sea, change: impl Fn(&str, f64) -> f64) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("wiring_{name}"));
     sea.sail().expect("the plant sails").write(&folder).expect("the folder is written");
     change_logs(&folder, |text| {
@@ -29,7 +42,7 @@ fn checked(name: &str, change: impl Fn(&str, f64) -> f64) -> Check {
         let row = |row: &str| row.split(',').zip(&columns).map(cell).collect::<Vec<_>>().join(",");
         std::iter::once(header.to_string()).chain(rows.lines().map(row)).collect::<Vec<_>>().join("\n") + "\n"
     });
-    check_campaign(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign")
+    folder
 }
 
 fn told(check: &Check, code: &str) -> Vec<String> {
@@ -56,6 +69,22 @@ fn a_reversed_thruster_is_found_in_all_runs_together() {
         assert_eq!(found.verdict, Light::Red);
         assert!(found.warnings.iter().any(|f| f.code == "K121" && f.column.as_deref() == Some(column)));
     }
+}
+
+/// The search works on the turned force of a reversed thruster, and finds what is missing besides; a fit of the log as it is
+/// must not be used. The thruster pushes weaker astern, so that its turned command is another force than its turned axis.
+#[test]
+fn blind_what_is_missing_beside_a_reversed_thruster_is_named() {
+    let sea = Sea { commands: Commands::Thrusters, ..sea("small", 0.02, &["coriolis_yaw"], 8613) };
+    let folder = written("munk", &sea, |name, value| if name == "V3" { -value } else { value });
+    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let fit = campaign::fit(&loaded, FitOptions::default()).expect("it is fitted");
+    assert!(fit.sentence.starts_with("Do not use these numbers: the wiring is wrong"), "{}", fit.sentence);
+    let found = campaign::discover(&loaded).expect("a fit");
+    assert_eq!((names(&found), found.verdict), (vec!["coriolis_yaw"], Verdict::Explained), "{}", found.sentence);
+    assert!(found.sentence.starts_with("The wiring is wrong: thruster 3 is reversed (V3)"), "{}", found.sentence);
+    assert!(found.sentence.contains("set sign = -1 in columns.V3"), "{}", found.sentence);
+    assert_eq!(found.log_findings.len(), 1, "{:?}", found.log_findings);
 }
 
 #[test]

@@ -22,6 +22,7 @@ use super::identifiability::Identifiability;
 use super::load::{Campaign, moves};
 use super::log_faults;
 use super::noise::Noise;
+use super::reversed_thruster::Reversed;
 use super::thrusters::FittedCurve;
 use super::unexcited;
 use crate::envelope::{self, Envelope};
@@ -148,9 +149,12 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
 
 /// Describes how the sensors of the log contradict each other, or how the thrusters are misplaced.
 fn contradiction(campaign: &Campaign) -> Option<String> {
-    let faults = log_faults::faults(&campaign.motion(None), &campaign.model);
+    let runs = campaign.motion(None);
+    let faults = log_faults::faults(&runs, &campaign.model);
     let told: Vec<String> = faults.iter().map(ToString::to_string).chain(log_faults::misplaced(campaign)).collect();
-    (!told.is_empty()).then(|| format!("the log contradicts itself: {}", told.join("; ")))
+    let log = (!told.is_empty()).then(|| format!("the log contradicts itself: {}", told.join("; ")));
+    // thrusters are judged by sensors that agree with each other
+    log.or_else(|| Some(format!("the wiring is wrong: {}", Reversed::shown(campaign, &runs)?)))
 }
 
 /// Adds the finding that the log contradicts itself, if it does.
