@@ -95,9 +95,7 @@ class Campaign:
             campaign._make(("file", fspath(path), allow_outside), tell)
         return campaign
 
-    def with_effects(
-        self, names: Sequence[str], training: Sequence[str] = (), *, input: str | None = None
-    ) -> Campaign:
+    def with_effects(self, names: Sequence[str], training: Sequence[str] = (), *, input: str | None = None) -> Campaign:
         """The same campaign with further effects in its baseline, as `Discovery.adopt` puts them there.
 
         Args:
