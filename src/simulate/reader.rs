@@ -7,7 +7,7 @@
 //! Constant outside the samples. At a jump a held channel has a value just before and another just
 //! after.
 
-use super::edges::{Between, edges, softened};
+use super::edges::{Between, corners, edges, softened};
 use crate::run::{Signal, rounding};
 use crate::symbolic::{Lateness, Leaf};
 
@@ -31,7 +31,7 @@ pub(super) struct Input {
     late: Lateness,
     /// The stamp from which the time of the run counts, s.
     origin: f64,
-    /// Where the command begins and ends an edge, s, before any delay.
+    /// Where the command begins and ends an edge or has a corner, s, before any delay.
     edges: Vec<f64>,
 }
 
@@ -67,11 +67,13 @@ impl Input {
         };
         let (channel, between, edges) = match (channel, command) {
             (Channel::Samples(signal), Some(between)) if sought => {
-                let (soft, edges) = softened(&signal, between);
+                let (soft, mut edges) = softened(&signal, between);
+                edges.extend(corners_of(&signal, between));
                 (Channel::Samples(soft), Between::Line, edges)
             }
             (Channel::Samples(signal), Some(between)) => {
-                let edges = edges(&signal, between);
+                let mut edges = edges(&signal, between);
+                edges.extend(corners_of(&signal, between));
                 (Channel::Samples(signal), between, edges)
             }
             (channel, _) => (channel, Between::Line, Vec::new()),
@@ -100,6 +102,11 @@ impl Input {
     pub(super) fn reader(&self) -> Reader<'_> {
         Reader { channel: &self.channel, near: 0, held: self.between == Between::Held, rate: self.rate }
     }
+}
+
+/// Corners of a command that is a line; a held one has edges only.
+fn corners_of(signal: &Signal, between: Between) -> Vec<f64> {
+    if between == Between::Line { corners(signal) } else { Vec::new() }
 }
 
 /// Reads one channel at instants that mostly grow.
