@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use hydrosysid::campaign::{Adoption, ModelFile, difference};
 use hydrosysid::export::{self, Export, ExportError, ExportOptions, Target};
 use hydrosysid::model::Interpolation;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -72,7 +73,9 @@ pub fn adopt(
     training: Vec<String>,
     input: Option<&str>,
 ) -> PyResult<()> {
-    let input = input.and_then(|name| Interpolation::ALL.into_iter().find(|one| one.name() == name));
+    let known = |name: &str| Interpolation::ALL.into_iter().find(|one| one.name() == name);
+    let unknown = |name: &str| PyValueError::new_err(format!("{name:?} is neither \"linear\" nor \"hold\""));
+    let input = input.map(|name| known(name).ok_or_else(|| unknown(name))).transpose()?;
     let what = Adoption { names: &names, training: &training, input };
     let adopted = hydrosysid::campaign::adopt(&campaign, to.as_deref(), &what);
     adopted.map(drop).map_err(|e| error::usage(py, &e))

@@ -222,7 +222,7 @@ fn wiring(campaign: &Campaign, reports: &[CheckReport]) -> Option<Finding> {
 
 /// Returns the modelled degrees of freedom that have a command. The others cannot be excited,
 /// because no thruster drives them.
-fn driven(campaign: &Campaign) -> Vec<Dof> {
+pub(super) fn driven(campaign: &Campaign) -> Vec<Dof> {
     campaign.model.dofs.iter().copied().filter(|dof| !campaign.file.model.undriven.contains(dof)).collect()
 }
 

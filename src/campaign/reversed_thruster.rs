@@ -10,6 +10,7 @@
 //! thruster, and a model whose thrusters work against each other lacks so much that a search ends in
 //! stand-ins, after minutes. The search works on the turned force; the files stay unchanged.
 
+use super::check::driven;
 use super::load::Campaign;
 use crate::check::wiring;
 use crate::discover::LogFinding;
@@ -42,8 +43,7 @@ impl Reversed {
             return None;
         }
         let train: Vec<&Run> = runs.iter().filter(|run| run.role == Role::Train).collect();
-        let undriven = &campaign.file.model.undriven;
-        let dofs: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !undriven.contains(dof)).collect();
+        let dofs = driven(campaign);
         let (thruster, gained) = wiring::reversed(&train, &dofs, thrusters)?;
         let explained = |what: What| {
             let mut turned: Vec<Run> = train.iter().map(|run| (*run).clone()).collect();

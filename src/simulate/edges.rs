@@ -1,4 +1,4 @@
-//! Edges of the commands: the instants at which the integrator stops, and their treatment under a
+//! Edges and corners of the commands: the instants at which the integrator stops, and their treatment under a
 //! delay that is estimated.
 //!
 //! ```text
@@ -49,8 +49,11 @@ pub(super) fn edges(signal: &Signal, between: Between) -> Vec<f64> {
     steep.into_iter().flat_map(|k| [time[k - 1], time[k]]).collect()
 }
 
-/// Instants at which a line changes its slope; none for a smooth command.
-pub(super) fn corners(signal: &Signal) -> Vec<f64> {
+/// Instants at which a line changes its slope; none for a smooth command, nor for a held one, which has edges only.
+pub(super) fn corners(signal: &Signal, between: Between) -> Vec<f64> {
+    if between == Between::Held {
+        return Vec::new();
+    }
     let (time, x) = (signal.time(), signal.values());
     let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
     let change = |k: usize| {
@@ -135,12 +138,14 @@ mod tests {
     #[test]
     fn a_line_has_corners_where_its_slope_changes() {
         let ramps = signal(&[0.0, 0.1, 0.2, 0.4, 0.5, 0.6, 0.7], &[0.0, 1.0, 2.0, 4.0, 4.0, 4.0, 3.0]);
-        assert_eq!(corners(&ramps), [0.4, 0.6]);
-        assert!(corners(&signal(&[0.0], &[1.0])).is_empty() && corners(&signal(&[0.0, 1.0], &[1.0, 2.0])).is_empty());
+        assert_eq!(corners(&ramps, Between::Line), [0.4, 0.6]);
+        assert!(corners(&ramps, Between::Held).is_empty());
+        let of_line = |time: &[f64], values: &[f64]| corners(&signal(time, values), Between::Line);
+        assert!(of_line(&[0.0], &[1.0]).is_empty() && of_line(&[0.0, 1.0], &[1.0, 2.0]).is_empty());
         // a smooth command has none
         let time: Vec<f64> = (0..100).map(|k| 0.5 * f64::from(k)).collect();
         let wave: Vec<f64> = time.iter().map(|t| t.sin()).collect();
-        assert!(corners(&signal(&time, &wave)).is_empty());
+        assert!(of_line(&time, &wave).is_empty());
     }
 
     /// Commands at 4 kHz: edges are narrower than [`WIDTH`] and stay in order.

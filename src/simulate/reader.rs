@@ -68,12 +68,12 @@ impl Input {
         let (channel, between, edges) = match (channel, command) {
             (Channel::Samples(signal), Some(between)) if sought => {
                 let (soft, mut edges) = softened(&signal, between);
-                edges.extend(corners_of(&signal, between));
+                edges.extend(corners(&signal, between));
                 (Channel::Samples(soft), Between::Line, edges)
             }
             (Channel::Samples(signal), Some(between)) => {
                 let mut edges = edges(&signal, between);
-                edges.extend(corners_of(&signal, between));
+                edges.extend(corners(&signal, between));
                 (Channel::Samples(signal), between, edges)
             }
             (channel, _) => (channel, Between::Line, Vec::new()),
@@ -102,11 +102,6 @@ impl Input {
     pub(super) fn reader(&self) -> Reader<'_> {
         Reader { channel: &self.channel, near: 0, held: self.between == Between::Held, rate: self.rate }
     }
-}
-
-/// Corners of a command that is a line; a held one has edges only.
-fn corners_of(signal: &Signal, between: Between) -> Vec<f64> {
-    if between == Between::Line { corners(signal) } else { Vec::new() }
 }
 
 /// Reads one channel at instants that mostly grow.

@@ -167,7 +167,7 @@ impl Track {
         Ok(track)
     }
 
-    /// Divides the intervals of the grid at the edges of the commands, and the parts into steps
+    /// Divides the intervals of the grid at the edges and corners of the commands, and the parts into steps
     /// that are short enough.
     fn divide(&mut self, theta: &[f64]) {
         let mut stops: Vec<f64> = self.sources.iter().flat_map(|source| source.stops(theta)).collect();
